@@ -266,7 +266,7 @@ PAGE = """# How often stated errors cover the truth
 Written by `make errors` (`scripts/errors.py{arguments}`), version {version}. {cases} cases, seed {seed}: {unseen}.
 
 A case is a random surface under a random load: self-affine (Hurst exponent 0.3 to 1, with and without roll-off, shortest waves of two to
-twelve points), anisotropic, plateau-honed, stepped (terraces, punches, gratings), or a single bump; *p\\** from 0.0001 to 1; with
+twelve points), anisotropic, plateau-honed, stepped (terraces, punches, gratings), grooved, a single bump, or a profile; *p\\** from 0.0001 to 1; with
 adhesion, hardness, layers of a tenth of a point to half of the cell (Poisson's ratio 0 to 0.5), a penalty wall, or not periodic.
 
 The truth is the same surface on a grid eight times finer (four times for pull-off): its Fourier series, or its cells where it is stepped.
@@ -362,7 +362,7 @@ def main():
         unseen = "no error was tuned on it" if seed < TUNING else "errors were tuned on such seeds"
         arguments = f" --seed {seed}" if seed != PUBLISHED else ""
         names = ", ".join(q for q, _ in poor)
-        said = f"Below 19 of 20: {names}." if poor else "Every stated error covers at least 19 of 20 cases, except that of a pull-off, which is an estimate."
+        said = f"Below 19 of 20: {names}." if poor else "Every stated error covers at least 19 of 20 cases, except those of a pull-off and of memory, which are estimates."
         options.write.write_text(PAGE.format(arguments=arguments, version=version, cases=len({r["case"] for r in records}), seed=seed, unseen=unseen, table="\n".join(lines), poor=said, accuracy="\n".join(reached)))
     return 1 if poor or not kept else 0
 

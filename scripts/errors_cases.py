@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from errors_surfaces import Surface, band_limited, bump, interpolated, plateau_honed, self_affine, stepped
+from errors_surfaces import Profile, Surface, band_limited, bump, grooves, interpolated, plateau_honed, self_affine, stepped
 
-KINDS = ["hard wall", "adhesion", "hardness", "layer", "penalty", "non-periodic", "stepped"]
+KINDS = ["hard wall", "adhesion", "hardness", "layer", "penalty", "non-periodic", "stepped", "grooves", "profile"]
 FINER = 8  # the grid of the truth, over that of the case; the residual error of the truth is from half of it
 
 
@@ -23,7 +23,7 @@ class Case:
         s = self.surface
         if n >= s.points:
             return s.heights(n)
-        if s.function is not None:
+        if s.function is not None or isinstance(s, Profile):
             return s.heights(n)
         modes = band_limited(s.heights(s.points), n, 0.0)
         return interpolated(modes, n)
@@ -69,6 +69,10 @@ def surface(rng, points, gradient, kind):
         return stepped(rng, points, gradient)
     if kind == "non-periodic":
         return centred(bump(rng, points, gradient)) if rng.uniform() < 0.4 else patch(rng, points, gradient, max(shortest, 4 / points))
+    if kind == "profile":
+        return Profile(rng, points, rng.uniform(0.2, 1.0), max(shortest, 4 / points), gradient)
+    if kind == "grooves":
+        return grooves(rng, points, rng.uniform(0.2, 1.0), shortest, gradient, float(rng.choice([0.0, 0.01, 0.1, 0.3])))
     draw = rng.uniform()
     hurst, roll_off = rng.uniform(0.3, 1.0), float(rng.choice([0.0, 0.25, 0.5]))
     if draw < 0.55:
@@ -97,6 +101,8 @@ def adhesive(rng, heights, resolution):
 
 
 def points_of(rng, kind):
+    if kind == "profile":
+        return int(rng.choice([128, 256, 512]))
     return int(rng.choice([32, 64, 128], p=[0.45, 0.35, 0.2]) if kind != "non-periodic" else rng.choice([24, 32, 48], p=[0.3, 0.4, 0.3]))
 
 
@@ -125,7 +131,7 @@ def field_case(kind, seed, index):
         flags = ["--non-periodic"]
     if kind == "non-periodic" and s.kind != "patch":
         p_star = log_uniform(rng, 1e-3, 0.3)
-    flags += ["--leakage"]
+    flags += ["--profile"] if kind == "profile" else ["--leakage"]
     # Thin layers need other pressures than p* for the same contact; these cases are found by their contact.
     by_contact = kind in ("layer", "penalty")
     case = Case(f"{kind} {seed}.{index}", kind, s, measured, flags, p_star * measured, (n, FINER // 2 * n, FINER * n))

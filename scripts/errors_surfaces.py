@@ -87,6 +87,45 @@ def self_affine(rng, points, hurst, roll_off, cut, gradient, stretch=1.0):
     return Surface("anisotropic" if stretch != 1.0 else "self-affine", points, modes=modes)
 
 
+def line_waves(rng, points, hurst, cut):
+    """Random coefficients (numpy's rfft, over the number of points) of a self-affine line of `points`, without waves shorter than `cut`."""
+    k = np.arange(points // 2 + 1)
+    with np.errstate(divide="ignore"):
+        amplitude = np.where((k > 0) & (k * cut <= 1 + 1e-9) & (2 * k < points), k ** -(0.5 + hurst), 0.0)
+    return amplitude * (rng.standard_normal(len(k)) + 1j * rng.standard_normal(len(k)))
+
+
+class Profile:
+    """Heights on 1 × n nodes at i/n."""
+
+    function = None
+
+    def __init__(self, rng, points, hurst, cut, gradient):
+        waves = line_waves(rng, points, hurst, cut)
+        self.kind, self.points, self.waves = "profile", points, waves
+        self.waves = waves * (gradient / self.rms_gradient())
+
+    def heights(self, n):
+        waves = np.zeros(n // 2 + 1, complex)
+        kept = min(len(waves), len(self.waves))
+        waves[:kept] = self.waves[:kept]
+        return np.fft.irfft(waves, n)[None, :] * n
+
+    def rms_gradient(self):
+        k = np.arange(len(self.waves))
+        return float(np.sqrt(np.sum(2 * (2 * np.pi * k * np.abs(self.waves)) ** 2)))
+
+
+def grooves(rng, points, hurst, cut, gradient, noise):
+    """Self-affine along x and uniform along y, and isotropic roughness with `noise` times the rms gradient."""
+    line = line_waves(rng, points, hurst, cut)
+    modes = np.zeros((points, points), complex)
+    modes[0, : len(line)] = line
+    modes[0, -(len(line) - 1) :] = np.conj(line[:0:-1])
+    fine = with_gradient(self_affine_modes(rng, points, hurst, 0.0, cut), noise * gradient)
+    return Surface("grooves", points, modes=with_gradient(modes, gradient) + fine)
+
+
 def plateau_honed(rng, points, cut, gradient):
     """A fine roughness whose high points are worn down, crossed by grooves: band-limited afterwards."""
     n = 8 * points

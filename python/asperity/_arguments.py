@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import operator
+import os
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -17,6 +19,20 @@ Flags = npt.NDArray[np.bool_]
 
 #: Values from which on memory is planned.
 MANY = 1 << 20
+
+
+def a_path(name: str, value: str | os.PathLike[str]) -> Path:
+    """The path of a file or folder."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise InputError(f"{name} = {value!r}; accepted: a path, as text or of pathlib")
+    return Path(value).expanduser()
+
+
+def positive(name: str, value: float) -> float:
+    """A number above zero."""
+    if not (number := real(name, value)) > 0:
+        raise InputError(f"{name} = {value!r}; accepted: a number above zero")
+    return number
 
 
 def real(name: str, value: float) -> float:

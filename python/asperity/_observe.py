@@ -241,13 +241,13 @@ def compare_fields(field: npt.ArrayLike, reference: npt.ArrayLike) -> FieldAgree
     if values.shape != of.shape:
         raise InputError(f"field = an array of shape {values.shape}; accepted: {of.shape}, as reference has")
     difference = values - of
-    spread = values.std() * of.std()
+    varies = np.ptp(values) > 0 and np.ptp(of) > 0
     common = ((values - values.mean()) * (of - of.mean())).mean()
     return FieldAgreement(
         mean_difference=float(difference.mean()),
         rms_difference=float(np.sqrt((difference**2).mean())),
         largest_difference=float(np.abs(difference).max()),
-        correlation=float(common / spread) if spread > 0 else None,
+        correlation=float(np.clip(common / (values.std() * of.std()), -1, 1)) if varies else None,
     )
 
 

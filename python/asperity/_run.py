@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from . import _asperity
-from ._arguments import Map
+from ._arguments import Map, a_path
 from ._errors import InputError, needed
 from ._html import table
 from ._plot import plot_curve, plot_map
@@ -116,7 +116,7 @@ class Run:
     """The folder of a finished run, in SI units; :func:`open_run` reads it."""
 
     def __init__(self, folder: Where) -> None:
-        self.folder = Path(folder).expanduser()
+        self.folder = a_path("folder", folder)
         self._native = _asperity.FinishedRun(os.fspath(self.folder))
         self._results: dict[str, Any] | None = None
 
@@ -213,8 +213,8 @@ class Run:
         read, unit = maps[quantity]
         if (values := read(index)) is None:
             raise InputError(f"{self.folder}: {quantity} of state {index} = not stored; accepted: a state with maps")
-        ny, nx = values.shape
-        return plot_map(values, (self.length_m, self.length_m * ny / nx), (quantity, unit), "m", **options)
+        cell = (self.length_m, self.length_m * self.results["surface"]["aspect"])
+        return plot_map(values, cell, (quantity, unit), "m", **options)
 
     def plot_curve(self, x: str = "p_star", y: str = "contact_area", **options: Any) -> Any:
         """One number of the states over another by matplotlib. Options are `ax` and those of ``Axes.plot``; returns the axes."""

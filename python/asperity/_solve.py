@@ -6,7 +6,7 @@ import json
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -49,10 +49,10 @@ def _settings(
         "body": body_settings(body),
         "method": method,
         "precision": precision,
-        "tolerance": tolerance,
+        "tolerance": None if tolerance is None else real("tolerance", tolerance),
         "max_iterations": None if max_iterations is None else whole("max_iterations", max_iterations, 1),
-        "penalty_length": penalty_length,
-        "hardness": hardness if uniform else None,
+        "penalty_length": None if penalty_length is None else real("penalty_length", penalty_length),
+        "hardness": real("hardness", cast("float", hardness)) if uniform and hardness is not None else None,
         "hardness_map": None if hardness is None or uniform else real_map("hardness", hardness),
         "initial_gap": None if initial_gap is None else real_map("initial_gap", initial_gap),
     }
@@ -111,7 +111,7 @@ def solve(
     pressure : float or sequence, optional
         Mean pressures, compression positive.
     p_star : float or sequence, optional
-        Mean pressures over E* times the rms gradient.
+        Mean pressures over E* times the rms gradient: of a map its own, of a spectrum that of all waves, those beyond the grid included.
     mean_gap : float or sequence, optional
         Mean gaps, in the unit of the surface. They reach states that are unstable under a prescribed pressure.
     displacement : float or sequence, optional

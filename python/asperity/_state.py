@@ -55,7 +55,8 @@ class State:
     perimeter : float
         Perimeter of the contact per area.
     energy, elastic_energy, interaction_energy : float
-        Free energy per area, and its parts.
+        Energies per area: of body and interaction, and their sum with the energy of the load, pressure times mean gap (less the mean plastic
+        displacement), or less pressure times displacement for NonPeriodic.
     plastic_displacement : ndarray, shape (ny, nx), or None
         Plastic displacement of the surface since the first load; None before the first flow.
     flowing_fraction, displaced_fraction : float

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
-from ._arguments import Map, real, real_map, whole
+from ._arguments import Map, a_path, real, real_map, whole
 from ._errors import InputError
 from ._html import table
 from ._plot import plot_functions, plot_map
@@ -189,7 +189,7 @@ class Surface:
             Whether the file is a profile: positions and heights in two columns, or one line of heights. The surface is uniform along y (line
             contact), or with ``isotropic_map`` in the preparation one realisation of an isotropic one.
         unit : str, optional
-            Label of the unit of lengths. Default: that of the file.
+            Unit of lengths, a label if the file declares none. Default: that of the file.
         preparation : Preparation, optional
             Steps that the map goes through.
 
@@ -200,7 +200,9 @@ class Surface:
         """
         steps = _steps(preparation)
         python = sys.executable if sys.executable and find_spec("SurfaceTopography") else None
-        native = _asperity.Surface.from_file(os.fspath(path), length, touching, (dataset, python, profile), steps)
+        length = None if length is None else real("length", length)
+        source = (dataset, python, profile, unit or None)
+        native = _asperity.Surface.from_file(os.fspath(a_path("path", path)), length, touching, source, steps)
         surface = cls(native, unit)
         surface.unit = unit or str((surface.provenance or {}).get("unit") or "")
         return surface

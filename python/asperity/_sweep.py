@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ._arguments import a_path
 from ._errors import InputError, needed
 from ._html import table
 from ._run import Run, Where, open_run
@@ -55,7 +56,7 @@ class Sweep:
     """
 
     def __init__(self, folder: Where) -> None:
-        self.folder = Path(folder).expanduser()
+        self.folder = a_path("folder", folder)
         path = self.folder / "ensemble.json"
         try:
             self.results: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._arguments import Map, real
+from ._arguments import Map, positive
 from ._errors import InputError, NotConverged, needed
 from ._solve import solve
 from ._state import Estimate
@@ -56,10 +56,10 @@ def tamaas(surface: Surface, modulus: float, pressure: float, *, tolerance: floa
     clock = time.perf_counter()
     model = package.Model(package.model_type.basic_2d, list(surface.cell[::-1]), list(heights.shape))
     # E* = E/(1 - ν²).
-    model.E, model.nu = real("modulus", modulus), 0.0
+    model.E, model.nu = positive("modulus", modulus), 0.0
     solver = package.PolonskyKeerRey(model, heights, tolerance)
     solver.max_iter = MAX_ITERATIONS
-    error = solver.solve(real("pressure", pressure))
+    error = solver.solve(positive("pressure", pressure))
     seconds = time.perf_counter() - clock
     if not error <= tolerance:
         raise NotConverged(f"Tamaas: residual {error:.1e} after {MAX_ITERATIONS} iterations, tolerance {tolerance:.1e}")
@@ -88,7 +88,7 @@ def contact_mechanics(surface: Surface, modulus: float, pressure: float, *, tole
     # x is its first axis.
     heights, sizes = _high_points(surface).T, surface.cell
     clock = time.perf_counter()
-    half_space = package.PeriodicFFTElasticHalfSpace(heights.shape, real("modulus", modulus), sizes)
+    half_space = package.PeriodicFFTElasticHalfSpace(heights.shape, positive("modulus", modulus), sizes)
     system = systems.NonSmoothContactSystem(
         substrate=half_space, surface=topography.Topography(heights, physical_sizes=sizes, periodic=True)
     )
@@ -97,7 +97,7 @@ def contact_mechanics(surface: Surface, modulus: float, pressure: float, *, tole
     solution = optimisation.constrained_conjugate_gradients_with_restart(
         system.dual_objective(0.0, gradient=True),
         system.dual_hessian_product,
-        x0=np.full(heights.shape, real("pressure", pressure) * area),
+        x0=np.full(heights.shape, positive("pressure", pressure) * area),
         mean_val=pressure * area,
         gtol=tolerance * float(heights.std()),
         maxiter=MAX_ITERATIONS,

@@ -202,6 +202,45 @@ fn accuracy_of(py: Python<'_>, (errors, budget_seconds): (String, Option<f64>)) 
     Ok(Accuracy { errors: parsed.raise(py)?, budget_seconds })
 }
 
+/// Runs `f` in a pool of its own while signals are handled, and what is shared is passed on to the callbacks. With the exception of a
+/// signal or a callback, after which `f` is stopped.
+///
+/// # Errors
+/// Those of [`pool::threads`].
+fn watched<R: Send>(
+    py: Python<'_>,
+    (shared, threads): (&Shared, usize),
+    callbacks: Option<&Callbacks<'_>>,
+    f: impl FnOnce() -> R + Send,
+) -> PyResult<(R, Option<PyErr>)> {
+    let pool = pool::threads(py, threads)?;
+    let mut stopped = None;
+    let found = std::thread::scope(|scope| {
+        let (finished, wait) = channel::<()>();
+        let wait = Mutex::new(wait);
+        let solver = scope.spawn(|| {
+            // Dropped at the end, also by a panic.
+            let _finished = finished;
+            pool.install(f)
+        });
+        while py.detach(|| wait.lock().expect("one thread waits").recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout)
+        {
+            let tick = || match callbacks {
+                Some(callbacks) => shared.tick(py, callbacks),
+                None => py.check_signals(),
+            };
+            if stopped.is_none()
+                && let Err(error) = tick()
+            {
+                shared.stop.store(true, Ordering::Relaxed);
+                stopped = Some(error);
+            }
+        }
+        solver.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    });
+    Ok((found, stopped))
+}
+
 #[pyfunction]
 pub(crate) fn solve<'py>(
     py: Python<'py>,
@@ -216,34 +255,16 @@ pub(crate) fn solve<'py>(
     let accuracy = accuracy.map(|asked| accuracy_of(py, asked)).transpose()?;
     let problem = settings.problem(py, body.0.get(), body.1)?;
     let (loads, shared) = (loads_of(loads, pull_off), Shared::default());
-    let pool = pool::threads(py, threads)?;
-    let mut stopped = None;
-    let found = std::thread::scope(|scope| {
-        let (finished, wait) = channel::<()>();
-        let wait = Mutex::new(wait);
-        let solver = scope.spawn(|| {
-            // Dropped at the end, also by a panic.
-            let _finished = finished;
-            let visit = |state| shared.states.lock().expect("no panic while it is held").push(state);
-            pool.install(|| match &accuracy {
-                None => problem.visit_load_path(&loads, &shared, visit).map(|pull_off| (pull_off, None)),
-                Some(accuracy) => problem.load_path_within(accuracy, &loads, &shared).map(|(path, reached)| {
-                    path.states.into_iter().for_each(visit);
-                    (path.pull_off, Some(reached))
-                }),
-            })
-        });
-        while py.detach(|| wait.lock().expect("one thread waits").recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout)
-        {
-            if stopped.is_none()
-                && let Err(error) = shared.tick(py, &callbacks)
-            {
-                shared.stop.store(true, Ordering::Relaxed);
-                stopped = Some(error);
-            }
+    let (found, stopped) = watched(py, (&shared, threads), Some(&callbacks), || {
+        let visit = |state| shared.states.lock().expect("no panic while it is held").push(state);
+        match &accuracy {
+            None => problem.visit_load_path(&loads, &shared, visit).map(|pull_off| (pull_off, None)),
+            Some(accuracy) => problem.load_path_within(accuracy, &loads, &shared).map(|(path, reached)| {
+                path.states.into_iter().for_each(visit);
+                (path.pull_off, Some(reached))
+            }),
         }
-        solver.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    });
+    })?;
     // What is new since the last tick; a state is kept after an interrupt, too.
     let last = shared.pass_on(py, &callbacks).err();
     let raised = |error: PyErr| error.into_value(py).into_any();
@@ -328,7 +349,9 @@ pub(crate) fn estimate<'py>(
     threads: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
     let problem = settings.problem(py, body.0.get(), body.1)?;
-    let found = in_pool(py, threads, || problem.estimate(pressure))?.raise(py)?;
+    let shared = Shared::default();
+    let (found, stopped) = watched(py, (&shared, threads), None, || problem.watched_estimate(pressure, &shared))?;
+    let found = stopped.map_or_else(|| found.raise(py), Err)?;
     let dict = PyDict::new(py);
     dict.set_item("method", problem.method.card().id)?;
     dict.set_item("criterion", found.criterion)?;

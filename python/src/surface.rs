@@ -133,12 +133,13 @@ impl Surface {
         path: PathBuf,
         length: Option<f64>,
         touching: Option<String>,
-        source: (Option<String>, Option<PathBuf>, bool),
+        source: (Option<String>, Option<PathBuf>, bool, Option<String>),
         steps: Steps,
     ) -> PyResult<Self> {
-        let (dataset, python, profile) = source;
+        let (dataset, python, profile, unit) = source;
         let touching = optional(py, PLACE, "touching", touching.as_ref())?;
-        let options = FileOptions { length, touching, dataset, profile, python, preparation: steps.preparation(py)? };
+        let preparation = steps.preparation(py)?;
+        let options = FileOptions { length, touching, dataset, profile, python, unit, preparation };
         Ok(Surface(in_pool(py, 0, || asperity::read_surface(&path, &options))?.raise(py)?))
     }
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -293,3 +294,10 @@ def test_contact_frames_are_atoms_of_ase(tmp_path: Path) -> None:
     assert set(frame.numbers[frame.arrays["indenter"] == 0]) == {20}
     with pytest.raises(IndexError):
         run.contact_frame(2)
+
+
+@pytest.mark.parametrize("folder", [None, 3, object()])
+def test_folders_are_paths(folder: object) -> None:
+    for opened in cast("list[Callable[[str], object]]", [asperity.open_run, asperity.open_sweep]):
+        with pytest.raises(InputError, match="folder = .*; accepted: a path"):
+            opened(cast("str", folder))

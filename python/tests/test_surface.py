@@ -310,6 +310,12 @@ def test_profiles_are_surfaces_of_one_line(tmp_path: Path) -> None:
         Surface.from_file(tmp_path / "profile.txt", touching="high-points")
 
 
+@pytest.mark.parametrize(("steps", "says"), [({"filter": "sharp"}, "filter.*low_pass or high_pass"), ({"seed": 3}, "seed = 3.*extend_to")])
+def test_steps_without_an_effect_are_refused(steps: asperity.Preparation, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        of(HEIGHTS, preparation=steps)
+
+
 def test_waves_below_the_measured_ones_follow_a_seed() -> None:
     surface = Surface.from_spectrum(128, seed=1, lambda_s=1 / 32, rms_gradient=0.2)
 

@@ -21,6 +21,8 @@ pub struct FileOptions {
     /// A Python in which asperity and SurfaceTopography are installed. It reads files that this crate does not: those of instruments, and
     /// containers of contact.engineering.
     pub python: Option<PathBuf>,
+    /// Unit of the heights, which is also that of lengths. Default: what the file declares.
+    pub unit: Option<String>,
     /// Steps that the map goes through before it is solved.
     pub preparation: Preparation,
 }
@@ -67,6 +69,9 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
         let accepted = "a height map (`asperity surface` makes one of them)";
         return Err(Error::format(path, "Fourier coefficients", accepted));
     }
+    // Other units are labels, which a file without a unit may have.
+    let is_known = |unit: &String| file.imported.declared.unit_m().is_some() || scene::metres_of(unit).is_some();
+    scene.surface.unit = options.unit.clone().filter(is_known);
     let mut list = file.complete(&mut scene);
     // Options have the last words of the scene's keys.
     for complaint in &mut list {

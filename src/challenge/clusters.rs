@@ -21,8 +21,8 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let node_um2 = data.length_um * data.length_um / (data.adhesive.nx * data.adhesive.ny) as f64;
     let size_exponent = adhesive.and_then(|o| size_exponent(o, SMALLEST_NODES * node_um2 / UM2));
     let median = adhesive.and_then(|o| o.median_cluster_area).map(|a| a * UM2);
-    let fifth =
-        adhesive.map(|o| o.patch_area.iter().take_while(|[a, _]| a * UM2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
+    let fifth = adhesive
+        .map(|o| o.cluster_area.iter().take_while(|[a, _]| a * UM2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
     let compressive = adhesive.and_then(|o| o.compressive?.median_cluster_area).map(|a| a * UM2);
     let spacing = node_um2.sqrt();
     let s16 = Statement::new("S16", "most probable cluster", "nm²");
@@ -43,7 +43,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
                 1e3 * spacing
             ))
         } else {
-            let largest = adhesive.and_then(|o| most_probable(&o.patch_density));
+            let largest = adhesive.and_then(|o| most_probable(&o.cluster_density));
             data.of_both(s16, |item| {
                 item.within(
                     largest.map(|[a, _]| a * UM2 * 1e6),
@@ -58,14 +58,14 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             Statement::new("S17a", "median cluster: half of the contact is in clusters up to it", "µm²"),
             |item| {
                 let error = adhesive.zip(median).and_then(|(o, m)| {
-                    Some(median_counting_error(&o.patch_area, data.counted_area(o)?, m / UM2)? * UM2)
+                    Some(median_counting_error(&o.cluster_area, data.counted_area(o)?, m / UM2)? * UM2)
                 });
                 item.within(median, 3.0, [2.0, 4.5], "a factor of 1.5").with_error(error)
             },
         ),
         data.of_both(Statement::new("S17b", "contact in clusters up to 1 µm²", "1"), |item| {
             let error =
-                adhesive.and_then(|o| share_counting_error(&o.patch_area, data.counted_area(o)?, FIFTH_UM2 / UM2));
+                adhesive.and_then(|o| share_counting_error(&o.cluster_area, data.counted_area(o)?, FIFTH_UM2 / UM2));
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load").with_error(error)
         }),
         data.of_both(Statement::new("S18", "median cluster where contact is compression", "µm²"), |item| {
@@ -80,7 +80,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
 fn size_exponent(o: &Observed, smallest_area: f64) -> Option<LineFit> {
     let largest = o.median_cluster_area?;
     let fits = |[a, density, n]: &&[f64; 3]| (smallest_area..=largest).contains(a) && *n >= FEWEST && *density > 0.0;
-    let points: Vec<(f64, f64)> = o.patch_density.iter().filter(fits).map(|[a, d, _]| (a.ln(), d.ln())).collect();
+    let points: Vec<(f64, f64)> = o.cluster_density.iter().filter(fits).map(|[a, d, _]| (a.ln(), d.ln())).collect();
     line(&points)
 }
 

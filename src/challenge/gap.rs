@@ -110,7 +110,7 @@ fn distributions(data: &ChallengeData) -> [AcceptanceCheck; 2] {
         }),
         data.of_adhesion(Statement::new("S21b", "gaps below the range ρ, with adhesion over without", "1"), |item| {
             // The smallest gaps are at the edges of the clusters, which are independent.
-            let clusters = reference(data.adhesive).and_then(|s| s.patches).filter(|n| *n > 0);
+            let clusters = reference(data.adhesive).and_then(|s| s.clusters).filter(|n| *n > 0);
             let error = near.zip(clusters).map(|(fraction, n)| fraction * (2.0 / n as f64).sqrt());
             item.within(near, 0.0, [0.0, 1.0], "adhesion suppresses the smallest gaps").with_error(error)
         }),

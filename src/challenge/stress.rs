@@ -25,13 +25,14 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let reference = reference(data.plain);
     let form = reference.zip(contact_stress).map(|(s, [_, plain])| persson_distance(s.pressure, plain));
     // Stresses within a cluster are correlated: the independent ones are as many as equal clusters.
-    let independent = observed.and_then(|[_, plain]| effective_clusters(&plain.patch_area, data.counted_area(plain)?));
+    let independent =
+        observed.and_then(|[_, plain]| effective_clusters(&plain.cluster_area, data.counted_area(plain)?));
     let form_error = form.zip(independent).map(|([_, fraction], n)| (fraction * (1.0 - fraction) / n).sqrt());
     let second =
         data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref()?.contact_stress.as_ref());
     let difference = second.zip(contact_stress).map(|(second, [_, plain])| distance(second, plain));
     // The clusters are independent, their nodes are not.
-    let clusters = super::reference(data.adhesive).and_then(|s| s.patches).filter(|n| *n > 0);
+    let clusters = super::reference(data.adhesive).and_then(|s| s.clusters).filter(|n| *n > 0);
     let s24 =
         Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of fractions", "1");
     vec![

@@ -58,11 +58,11 @@ fn observed(area: f64, adhesive: bool) -> Observed {
         gap_logarithmic: Some(linear),
         stress: Some(stress),
         contact_stress: Some(contact_stress),
-        patch_density: sizes.iter().map(|a| [a / um2, a.powf(SIZE_EXPONENT) * um2, 100.0]).collect(),
-        patch_area: sizes.iter().map(|&a| [a / um2, cumulative(a)]).collect(),
+        cluster_density: sizes.iter().map(|a| [a / um2, a.powf(SIZE_EXPONENT) * um2, 100.0]).collect(),
+        cluster_area: sizes.iter().map(|&a| [a / um2, cumulative(a)]).collect(),
         median_cluster_area: Some(3.0 / um2),
         compressive: adhesive.then_some(Compressive {
-            patches: 10,
+            clusters: 10,
             median_cluster_area: Some(1.0 / um2),
             median_cluster_area_error: Some(0.1 / um2),
         }),
@@ -81,7 +81,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
             contact_area: area,
             contact_nodes: Some(area),
             contact_nodes_compressive: adhesive.then_some(0.6 * area),
-            patches: Some(3000),
+            clusters: Some(3000),
             mean_gap: Some(mean_gap_um(p) / UM),
             stiffness: Some(2.785),
             residual: Some(0.0),
@@ -269,10 +269,10 @@ fn one_number_changed_fails_a_statement() {
         ("S12", |r| widen(at(with(r), 0.02), 1.6)),
         ("S13", |r| r.surface.statistics[1].realised += 0.001),
         ("S14", |r| of(&mut seen(with(r)).stress).edges[0] *= 1.02),
-        ("S15", |r| seen(with(r)).patch_density.iter_mut().for_each(|[a, d, _]| *d *= a.powf(-0.2))),
-        ("S16", |r| seen(with(r)).patch_density.iter_mut().for_each(|[_, d, _]| *d = d.recip())),
+        ("S15", |r| seen(with(r)).cluster_density.iter_mut().for_each(|[a, d, _]| *d *= a.powf(-0.2))),
+        ("S16", |r| seen(with(r)).cluster_density.iter_mut().for_each(|[_, d, _]| *d = d.recip())),
         ("S17a", |r| seen(with(r)).median_cluster_area = Some(5e-12)),
-        ("S17b", |r| seen(with(r)).patch_area.iter_mut().for_each(|[_, fraction]| *fraction *= 0.5)),
+        ("S17b", |r| seen(with(r)).cluster_area.iter_mut().for_each(|[_, fraction]| *fraction *= 0.5)),
         ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-12)),
         ("S21a", |r| {
             // Moves a tenth of the gaps from large to small values.
@@ -371,7 +371,7 @@ fn move_gaps(r: &mut Results, from: usize, to: usize, fraction: f64) {
 /// Adds clusters of an area (µm²) with a density that is a millionth of that of the power law.
 fn sparse_clusters(r: &mut Results, um2: f64, clusters: f64) {
     let density = 1e-6 * um2.powf(SIZE_EXPONENT) * 1e12;
-    seen(with(r)).patch_density.push([um2 * 1e-12, density, clusters]);
+    seen(with(r)).cluster_density.push([um2 * 1e-12, density, clusters]);
 }
 
 /// Each statement uses the loads, gaps and clusters that it names: a change outside leaves it passing, the same change
@@ -412,8 +412,8 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
         // Clusters up to 1 µm².
         (
             "S17b",
-            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * 1e12 > 1.0).for_each(|a| a[1] = 1.0),
-            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * 1e12 > 0.7).for_each(|a| a[1] = 0.3),
+            |r| seen(with(r)).cluster_area.iter_mut().filter(|a| a[0] * 1e12 > 1.0).for_each(|a| a[1] = 1.0),
+            |r| seen(with(r)).cluster_area.iter_mut().filter(|a| a[0] * 1e12 > 0.7).for_each(|a| a[1] = 0.3),
         ),
         // Gaps above 0.1 µm, the edge of the fourth bin.
         ("S21a", |r| move_gaps(r, 3, 1, 0.06), |r| move_gaps(r, 7, 5, 0.06)),

@@ -226,7 +226,7 @@ fn methods(list: &[MethodResults], loads: GivenLoads) {
                 loads.value(s.p_star),
                 percent(s.contact_area),
                 s.mean_gap.map_or_else(dash, |g| significant(g * UM, 4)),
-                s.patches.map_or_else(dash, |n| n.to_string()),
+                s.clusters.map_or_else(dash, |n| n.to_string()),
                 median(s).map_or_else(dash, |a| significant(a * UM * UM, 3)),
                 duration(s.seconds),
             ]
@@ -262,7 +262,7 @@ fn states(c: &ContinuumResults, loads: GivenLoads) {
                 loads.value(s.p_star) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
                 stated(100.0 * s.contact_area, s.contact_area_error.map(|e| 100.0 * e)) + "\u{a0}%",
                 s.mean_gap.map_or_else(dash, |g| stated(g * UM, s.mean_gap_error.map(|e| e * UM))),
-                s.patches.map_or("-".into(), |n| n.to_string()),
+                s.clusters.map_or("-".into(), |n| n.to_string()),
                 s.residual.map_or_else(dash, |r| format!("{r:.1e}")),
                 format!("{:.1}", s.fft_pairs),
                 s.stop.to_string(),

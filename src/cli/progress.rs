@@ -5,6 +5,7 @@ use crate::pipeline::Listener;
 use crate::record::results::StageCost;
 use crate::report::number::{duration, memory};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::HashSet;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once};
@@ -49,6 +50,7 @@ pub struct TerminalProgress {
     bar: ProgressBar,
     terminal: bool,
     stage: Mutex<StageProgress>,
+    warned: Mutex<HashSet<String>>,
 }
 
 /// Whether a computation has begun, which a stop lets reach its next step.
@@ -89,7 +91,7 @@ impl TerminalProgress {
         if let Ok(style) = ProgressStyle::with_template("{prefix:>10} [{bar:24}] {elapsed:>4} {wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        TerminalProgress { bar, terminal, stage: Mutex::new(StageProgress::new("")) }
+        TerminalProgress { bar, terminal, stage: Mutex::new(StageProgress::new("")), warned: Mutex::default() }
     }
 
     /// Prints a line of its own.
@@ -145,8 +147,11 @@ impl Listener for TerminalProgress {
         self.line(&format!("{:>10}  {how} {}{parts}, peak memory {peak}", cost.name, duration(cost.seconds)));
     }
 
+    /// A text that several loads or settings have is printed once.
     fn warn(&self, text: &str) {
-        self.line(&format!("   warning  {text}"));
+        if self.warned.lock().unwrap_or_else(|e| e.into_inner()).insert(text.to_string()) {
+            self.line(&format!("   warning  {text}"));
+        }
     }
 
     fn stopping(&self) -> bool {

@@ -73,14 +73,14 @@ pub(super) fn print(surface: &SurfaceScene, scene: &Path) -> Result<()> {
     // Warnings are about heights without holes.
     let fill = (missing > 0).then_some(Fill::Nearest);
     let filled = Preparation { fill, ..Preparation::default() }.apply(map, extents, false);
-    let Ok(PreparedMap { map, .. }) = filled else {
+    let Ok(PreparedMap { map, warnings: outliers, .. }) = filled else {
         output::eprint(
             "warning: more points are missing than are filled: spikes, steps and edges are not judged; --crop takes a part",
         );
         return Ok(());
     };
     let seam = seam_warning(grid, &map.heights).filter(|_| declared.periodic != Some(false));
-    let warnings = quality_warnings(grid, &map.heights).into_iter().chain(seam);
+    let warnings = quality_warnings(grid, &map.heights).into_iter().chain(outliers).chain(seam);
     warnings.for_each(|w| output::eprint(&format!("warning: {w}")));
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::output;
 use crate::Result;
 use crate::record::ensemble::{Ensemble, EnsembleStatistic, PointStatus};
 use crate::report::number::significant;
+use asperity_contact::load::Branch;
 use std::path::Path;
 
 /// Statistics and failures of a sweep.
@@ -29,7 +30,8 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
         let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
         let (quantity_of_load, load) = s.load.given();
         let (load, mean) = (quantity_of_load.value(load), significant(s.sample.mean, 4));
-        let (source, quantity) = (s.of.source.clone(), s.of.quantity.clone());
+        let back = if s.of.branch == Branch::Unloading { ", unloading" } else { "" };
+        let (source, quantity) = (format!("{}{back}", s.of.source), s.of.quantity.clone());
         let mut row = vec![group.join(", "), source, load, quantity, mean];
         if several {
             let error = |e: Option<f64>| e.map_or("-".into(), |e| significant(e, 2));

@@ -224,13 +224,13 @@ fn print_tradeoff(tradeoff: &Table) {
                 None if p.is_reference => format!("{} (reference)", s.method),
                 None => s.method.clone(),
             },
-            s.nx.to_string(),
+            format!("{} x {}", s.nx, s.ny),
             format!("{} {}", s.precision, trimmed(s.tolerance, 2)),
             duration(p.cost.cpu_seconds),
             significant(p.cost.cpu_over_reference, 2),
             memory(p.cost.measured_bytes),
         ];
-        cells.extend(COLUMNS.map(|m| p.errors.get(&m).map_or("-".into(), |e| error_of(m, *e))));
+        cells.extend(COLUMNS.map(|m| tradeoff.error(p, m).map_or("-".into(), |e| error_of(m, e))));
         cells
     };
     output::print(&output::table(&head, tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row)));

@@ -79,7 +79,7 @@ impl Masses {
 
     /// From CPr(a), pairs of cluster area a and fraction of the contact in clusters up to that area, as a distribution
     /// over log₁₀ a.
-    pub fn of_patches(curve: &[[f64; 2]]) -> Self {
+    pub fn of_clusters(curve: &[[f64; 2]]) -> Self {
         let mut previous = 0.0;
         let step = |[area, fraction]: &[f64; 2]| {
             let (at, mass) = (area.log10(), fraction - previous);
@@ -279,11 +279,11 @@ mod tests {
     fn patches_are_compared_in_decades() {
         let curve = [[1e-4, 0.2], [1e-3, 1.0]];
         let larger = curve.map(|[a, fraction]| [10.0 * a, fraction]);
-        close(wasserstein(&Masses::of_patches(&curve), &Masses::of_patches(&larger)), 1.0);
+        close(wasserstein(&Masses::of_clusters(&curve), &Masses::of_clusters(&larger)), 1.0);
         let other = [[1e-5, 0.1], [1e-3, 1.0]];
         // A tenth of the mass moves by one decade between 1e-5 and 1e-4, and another tenth between 1e-4 and 1e-3.
-        close(wasserstein(&Masses::of_patches(&curve), &Masses::of_patches(&other)), 0.1 + 0.1);
-        assert_eq!(wasserstein(&Masses::of_patches(&[]), &Masses::of_patches(&curve)), None);
+        close(wasserstein(&Masses::of_clusters(&curve), &Masses::of_clusters(&other)), 0.1 + 0.1);
+        assert_eq!(wasserstein(&Masses::of_clusters(&[]), &Masses::of_clusters(&curve)), None);
     }
 
     #[test]

@@ -119,8 +119,8 @@ pub fn wall_offset(wall: &LatticeWall, pressure: f64, fraction: impl Fn(f64) -> 
         // Without contact the bodies are not that close yet: the end of the interval lies above its middle.
         _ => true,
     };
-    let (low, high) = bisect(0.0, largest, 40, approaches);
-    0.5 * (low + high)
+    // The upper end: where the contact appears at once the shift is the one with it.
+    bisect(0.0, largest, 40, approaches).1
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use asperity_grid::units::{ANGSTROM_M, GPA_PER_EV_A3};
 use asperity_grid::{Field, Grid, bilinear, mean};
 use asperity_surface::files::atomic_file::create_folder;
 use asperity_surface::files::npy;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Position of the section in x, as a fraction of the cell length.
 const SECTION: f64 = 0.5;
@@ -217,8 +217,8 @@ impl Comparison<'_> {
             hard_wall_mean_gap_angstrom: hard.mean_gap.unwrap_or(f64::NAN) / ANGSTROM_M,
             compliant_wall_mean_gap_angstrom: mean(&gaps.compliant.0.values) * length,
             yielding_wall_mean_gap_angstrom: gaps.yielding.as_ref().map(|[gap, _]| mean(&gap.0.values) * length),
-            atoms_patches: self.surface.cluster_sizes(&touching).len(),
-            compliant_wall_patches: self.surface.cluster_sizes(&contacts.compliant).len(),
+            atoms_clusters: self.surface.cluster_sizes(&touching).len(),
+            compliant_wall_clusters: self.surface.cluster_sizes(&contacts.compliant).len(),
             gap_rms_difference_angstrom: self.gap_difference(state, gaps, &touching, &contacts.compliant)?,
             compliant_wall_gap,
             model_chain,
@@ -252,13 +252,20 @@ impl Comparison<'_> {
         walls.into_iter().chain(yielding).map(compare).collect()
     }
 
-    /// rms difference of the gaps of atoms and compliant wall outside both contacts, Å.
-    fn gap_difference(&self, state: &AtomState, gaps: &WallGaps, touching: &[bool], compliant: &[bool]) -> Result<f64> {
+    /// rms difference of the gaps of atoms and compliant wall outside both contacts, Å; `None` where every site is in one.
+    fn gap_difference(
+        &self,
+        state: &AtomState,
+        gaps: &WallGaps,
+        touching: &[bool],
+        compliant: &[bool],
+    ) -> Result<Option<f64>> {
         let atoms = self.atoms_gap(state)?;
         let wall = self.sites.sample(gaps.compliant.field());
         let open = (0..touching.len()).filter(|&s| !touching[s] && !compliant[s]);
         let differences: Vec<f64> = open.map(|s| atoms[s] - wall[s] * self.length).collect();
-        Ok((differences.iter().map(|d| d * d).sum::<f64>() / differences.len().max(1) as f64).sqrt())
+        let mean_square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
+        Ok((!differences.is_empty()).then(|| mean_square.sqrt()))
     }
 
     /// Gaps along y in the middle of the cell.
@@ -339,20 +346,15 @@ impl Comparison<'_> {
         Ok(list)
     }
 
-    /// Path of a file of an atoms' state with one value per surface site.
-    fn per_site(&self, state: &AtomState, description: &str) -> PathBuf {
-        self.root.join(state.contact_map.replace("contact.npy", description))
-    }
-
     /// Contact flag of the atoms per surface site.
     fn atoms_contact(&self, state: &AtomState) -> Result<Vec<bool>> {
-        let flags = npy::read_flags_on(&self.per_site(state, "site-contact.npy"), [self.surface.len(), 1])?;
+        let flags = npy::read_flags_on(&self.root.join(state.per_site("contact")), [self.surface.len(), 1])?;
         Ok(flags.iter().map(|v| *v != 0).collect())
     }
 
     /// Gap of the atoms per surface site, Å.
     fn atoms_gap(&self, state: &AtomState) -> Result<Vec<f64>> {
-        Ok(npy::read_on(&self.per_site(state, "site-gap.npy"), [self.surface.len(), 1])?.values)
+        Ok(npy::read_on(&self.root.join(state.per_site("gap")), [self.surface.len(), 1])?.values)
     }
 }
 

@@ -248,7 +248,7 @@ fn stored_state(
     let (observed, compressive) = observed(grid, state, request.threshold, reached.area.contact_area, kind);
     let numbers = State {
         contact_nodes_compressive: compressive,
-        patches: Some(observed.patches()),
+        clusters: Some(observed.clusters()),
         observed: Some(observed),
         leakage: flow(request, problem, reached, context, step),
         subsurface,
@@ -271,7 +271,7 @@ fn flow(
     if !request.leakage {
         return None;
     }
-    let leakage = path::leakage(problem, reached.state.gap, request.threshold, reached.coarser_gaps);
+    let leakage = reached.leakage(problem, reached.state.gap, request.threshold, step);
     if leakage.is_none() {
         context.listener.warn(&format!("load {}: the flow through the gap did not converge", step.number()));
     }

@@ -53,13 +53,13 @@ fn explanation(hard: f64, matched: f64) -> &'static str {
 /// Fraction of contact atoms from below the surface layer above which plastic flow is reported.
 const FLOWED: f64 = 0.02;
 
-/// Compares the compliant wall with hardness (GPa) and without, each with the deviation of the atoms' contact.
+/// Compares the compliant wall with hardness (GPa) and without, each with the deviation of the atoms' contact in words.
 fn of_hardness((load, at): (&LoadComparison, &str), hardness: f64, walls: [(&CriterionMatch, String); 2]) -> String {
     let [(adhesive, over), (without, over_without)] = walls;
     let kappa = |m: &CriterionMatch| format!("{:.2}", m.overlap.kappa).replace('-', "−");
     format!(
-        "{at}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % (the atoms deviate by {over}), κ = {}, \
-         mean gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {over_without}, κ = {}, the mean gap {:.3} Å.",
+        "{at}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % ({over}), κ = {}, mean gap {:.3} Å (atoms {:.3} Å). \
+         Without it: {over_without}, κ = {}, mean gap {:.3} Å.",
         100.0 * adhesive.contact_area,
         kappa(adhesive),
         load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
@@ -67,6 +67,19 @@ fn of_hardness((load, at): (&LoadComparison, &str), hardness: f64, walls: [(&Cri
         kappa(without),
         load.compliant_wall_mean_gap_angstrom,
     )
+}
+
+/// The mean stress over the contact of the atoms and the compression of the wall under it, as a sentence; empty without contact.
+fn compression(atoms: &AtomsCase, hard: &State, contact: f64) -> String {
+    if contact == 0.0 {
+        return String::new();
+    }
+    let stress = effective_pressure_gpa(atoms, hard) / contact;
+    let by = atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3);
+    match atoms.adhesion {
+        None => format!(" The mean contact stress of {stress:.1} GPa compresses the wall by {by:.2} Å."),
+        Some(_) => format!(" Load and attraction, {stress:.1} GPa over the contact, compress the wall by {by:.2} Å."),
+    }
 }
 
 /// Explains the differences between atoms and continuum, in sentences with numbers.
@@ -83,36 +96,33 @@ pub(super) fn findings(
     let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
     for (load, state) in loads.iter().zip(&matched.hard.states) {
         let [hard, offset, compliant, yielding @ ..] = &load.continuum[..] else { continue };
-        let stress = effective_pressure_gpa(atoms, state) / load.atoms.contact_area.max(f64::MIN_POSITIVE);
         let at = named.label(load.p_star);
-        let over = |m: &CriterionMatch| load.atoms.contact_area / m.contact_area - 1.0;
+        let over = |m: &CriterionMatch| (m.contact_area > 0.0).then(|| load.atoms.contact_area / m.contact_area - 1.0);
+        let deviates = |m: &CriterionMatch| {
+            over(m).map_or("no contact".into(), |x| format!("the atoms deviate by {}", percent(x)))
+        };
+        let explained = over(hard).zip(over(compliant)).map(|(hard, matched)| explanation(hard, matched));
+        let pressed = compression(atoms, state, load.atoms.contact_area);
         list.push(format!(
-            "{at}: {} of the surface atoms are in contact. Hard wall, zero gap: {} (the atoms deviate by {}). Compliant \
-             wall, with the contact criterion of the atoms: {} (deviation {}), κ = {}, for a misaligned map {}. {}. The mean \
-             contact stress of {:.1} GPa compresses the wall by {:.2} Å. Offset wall, shifted by {:.2} Å: {} (deviation {}), \
-             κ = {}.",
+            "{at}: {} of the surface atoms are in contact. Hard wall, zero gap: {} ({}). Compliant wall, with the contact criterion of the \
+             atoms: {} ({}), κ = {}, for a misaligned map {}.{}{} Offset wall, shifted by {:.2} Å: {} ({}), κ = {}.",
             percent(load.atoms.contact_area),
             percent(hard.contact_area),
-            percent(over(hard)),
+            deviates(hard),
             percent(compliant.contact_area),
-            percent(over(compliant)),
+            deviates(compliant),
             kappa(&compliant.overlap),
             kappa(&compliant.shifted),
-            explanation(over(hard), over(compliant)),
-            stress,
-            atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3),
+            explained.map_or(String::new(), |text| format!(" {text}.")),
+            pressed,
             offset.offset_angstrom,
             percent(offset.contact_area),
-            percent(over(offset)),
+            deviates(offset),
             kappa(&offset.overlap),
         ));
         list.extend(yielding.iter().zip(&matched.yielding).map(|(adhesive, wall)| {
             let hardness = wall.hardness.unwrap_or(f64::NAN) / 1e9;
-            of_hardness(
-                (load, &at),
-                hardness,
-                [(adhesive, percent(over(adhesive))), (compliant, percent(over(compliant)))],
-            )
+            of_hardness((load, &at), hardness, [(adhesive, deviates(adhesive)), (compliant, deviates(compliant))])
         }));
         if load.registration != [0, 0] {
             list.push(format!(

@@ -8,14 +8,13 @@ use super::laboratory::{
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use super::{Listener, ProgressReporter};
 use crate::record::methods::MethodResults;
-use crate::scene::{AtomsCase, Case};
+use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
-use asperity_contact::estimated::{never_delivered, state_of};
+use asperity_contact::estimated::{never_delivered, set_stiffness, state_of};
 use asperity_contact::interface::AttractionLaw;
 use asperity_contact::load::{Branch, Load};
 use asperity_contact::method::{ContactMethod, Heights, MethodEstimate, MethodKind, ReducedProblem, Settings};
-use asperity_contact::observe::stiffness;
 use asperity_contact::path::EstimatorInput;
 use asperity_contact::state::{Map, State};
 use asperity_grid::{Field, Grid};
@@ -125,10 +124,13 @@ pub(super) fn of_atoms(
 ) -> Result<MethodResults> {
     let card = all_atom::AllAtom.card();
     let adhesive = case.model.adhesion != AttractionLaw::None;
+    let block = case.atoms.as_ref().expect("a case with atoms has their results");
+    let sites = block.block.surface();
+    let site_area = sites.site_area() / atoms.length_angstrom.powi(2);
     let mut results = nothing(&all_atom::AllAtom, &case.scene.methods, adhesive);
     results.cpu_seconds = seconds;
     // The card has the challenge's d_c.
-    results.criterion = case.atoms.as_ref().map_or(results.criterion, AtomsCase::contact_criterion);
+    results.criterion = block.contact_criterion();
     for s in &atoms.states {
         let map = npy::read(&root.join(&s.contact_map))?;
         let contact: Vec<u8> = map.values.iter().map(|v| *v as u8).collect();
@@ -139,6 +141,9 @@ pub(super) fn of_atoms(
             .map(|g| (g / atoms.length_angstrom).max(0.0))
             .collect::<Vec<_>>();
         let grid = Grid::unit(map.nx, map.ny);
+        let touching = npy::read_flags_on(&root.join(s.per_site("contact")), [sites.len(), 1])?;
+        let touching: Vec<bool> = touching.iter().map(|flag| *flag != 0).collect();
+        let patches = sites.cluster_sizes(&touching).into_iter().map(|n| n as f64 * site_area).collect();
         let problem = ReducedProblem { adhesion: case.model.adhesion, ..ReducedProblem::new(grid, &[][..]) };
         let pressure = s.p_star * case.gradient;
         let estimate = MethodEstimate {
@@ -146,6 +151,7 @@ pub(super) fn of_atoms(
             mean_gap: Some(s.mean_gap_angstrom / atoms.length_angstrom),
             contact: Some(&contact),
             gap: Some(&gap),
+            clusters: Some(patches),
             ..MethodEstimate::at(pressure)
         };
         let step = &case.load_steps()[s.index];
@@ -157,7 +163,7 @@ pub(super) fn of_atoms(
         // At the scale of the scene, which the block represents.
         results.states.push(state.in_units(case.scales.length_m, case.scales.modulus_pa));
     }
-    set_differences(&mut results.states);
+    set_stiffness(&mut results.states);
     Ok(results)
 }
 
@@ -178,15 +184,6 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
         states: Vec::new(),
         planned_bytes: 0,
         cpu_seconds: 0.0,
-    }
-}
-
-/// Sets the contact stiffness from neighbouring loads where the method gives none.
-fn set_differences(states: &mut [State]) {
-    let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.pressure, s.mean_gap?))).collect();
-    let with_gap = states.iter_mut().filter(|s| s.mean_gap.is_some());
-    for (state, k) in with_gap.zip(stiffness(&points)).filter(|(s, _)| s.stiffness.is_none()) {
-        state.stiffness = k;
     }
 }
 
@@ -312,6 +309,6 @@ fn estimate(
         watch.next();
         Ok(())
     })?;
-    set_differences(states);
+    set_stiffness(states);
     Ok(())
 }

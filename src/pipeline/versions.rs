@@ -94,9 +94,9 @@ pub(super) fn versions(sides: Vec<Side>, sites: &SurfaceSites, pressure_gpa: f64
             contact_area: fraction,
             mean_gap_angstrom: side.mean_gap_angstrom,
             contact_stress_gpa: (fraction > 0.0).then(|| pressure_gpa / fraction),
-            patches: sizes.len(),
+            clusters: sizes.len(),
             median_cluster_area_nm2: median_cluster_size(&sizes).map(|a| a as f64 * site_nm2),
-            patch_area: cumulative_area(&sizes).into_iter().map(|(a, ratio)| [a as f64 * site_nm2, ratio]).collect(),
+            cluster_area: cumulative_area(&sizes).into_iter().map(|(a, ratio)| [a as f64 * site_nm2, ratio]).collect(),
             gap: open_gaps(&side.gap, &side.touching, gap_edges.clone()),
             stress: gap_distribution(Field::F64(&side.stress), f64::NEG_INFINITY, stress_edges.clone()),
         }
@@ -135,8 +135,8 @@ mod tests {
             assert!((v.gap.total() - 1.0).abs() < 1e-12 && (v.stress.total() - 1.0).abs() < 1e-12);
             assert_eq!((v.contact_area, v.contact_stress_gpa), (0.08, Some(25.0)));
             // The area of a site is a0²/2 = 12.5 Å².
-            assert_eq!((v.patches, v.median_cluster_area_nm2), (2, Some(3.0 * 0.125)));
-            assert_eq!(v.patch_area, [[0.125, 0.25], [3.0 * 0.125, 1.0]]);
+            assert_eq!((v.clusters, v.median_cluster_area_nm2), (2, Some(3.0 * 0.125)));
+            assert_eq!(v.cluster_area, [[0.125, 0.25], [3.0 * 0.125, 1.0]]);
         }
         assert_eq!(actual[0].gap.edges, actual[1].gap.edges);
         assert_ne!(actual[0].gap.fractions, actual[1].gap.fractions);

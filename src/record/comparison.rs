@@ -48,17 +48,18 @@ pub struct LoadComparison {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yielding_wall_mean_gap_angstrom: Option<f64>,
     /// Number of contact clusters of the atoms.
-    pub atoms_patches: usize,
+    pub atoms_clusters: usize,
     /// Of the continuum with the compliant wall.
-    pub compliant_wall_patches: usize,
-    /// rms difference of the gap maps out of contact in both maps, Å.
-    pub gap_rms_difference_angstrom: f64,
+    pub compliant_wall_clusters: usize,
+    /// rms difference of the gap maps out of contact in both maps, Å; absent where every site is in contact in one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_rms_difference_angstrom: Option<f64>,
     /// File of the compliant wall's gap measured from the original heights, as the gap of the atoms, units of L.
     pub compliant_wall_gap: String,
     /// Stepwise comparison from the full heights to the atoms.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub model_chain: Vec<ModelChainStep>,
-    /// Contact fraction against contact distance: d_c (Å), fractions of atoms, hard wall and compliant wall.
+    /// Contact fraction against contact distance: d_c (Å), fractions of atoms, offset wall (shifted for each distance) and compliant wall.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub area_vs_distance: Vec<[f64; 4]>,
     /// Contact fraction against gap threshold: gap (Å), fractions of hard wall and compliant wall.
@@ -168,11 +169,11 @@ pub struct ModelChainStep {
     /// Mean pressure over the contact fraction, GPa; absent without contact.
     pub contact_stress_gpa: Option<f64>,
     /// Number of contact clusters.
-    pub patches: usize,
+    pub clusters: usize,
     /// Area-weighted median of the cluster areas, nm²; absent without contact.
     pub median_cluster_area_nm2: Option<f64>,
     /// Cluster area (nm²), fraction of the contact in clusters up to this area.
-    pub patch_area: Vec<[f64; 2]>,
+    pub cluster_area: Vec<[f64; 2]>,
     /// Distribution of gaps in Å; contact is the delta.
     pub gap: Distribution,
     /// Distribution of the smoothed normal stress in GPa, over the whole cell.

@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
-pub const SCHEMA: u32 = 6;
+pub const SCHEMA: u32 = 7;
 pub const FILE: &str = super::results::TRADEOFF_FILE;
 pub const CSV_FILE: &str = "tradeoff.csv";
 

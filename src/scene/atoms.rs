@@ -253,7 +253,12 @@ impl AtomsCase {
             .map_err(|e| e.with_context(&place, None))?;
         if problem.grid.lx != problem.grid.ly {
             let found = format!("{} x {} points", problem.grid.nx, problem.grid.ny);
-            return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
+            return Err(Error::input(
+                place,
+                "surface.heights",
+                found,
+                "a square cell, as the block of atoms is: surface.crop = [X, Y, N, N] takes a square part",
+            ));
         }
         let points = grid_points(a.cells, crystal.a0, repulsion.minimum_angstrom());
         let length = block.length();

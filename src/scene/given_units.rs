@@ -3,7 +3,7 @@
 use super::model::Scene;
 use super::quantity::{Dimensional, Length, Quantity, Stress, Work};
 use crate::Error;
-use asperity_contact::interface::{Notation, Reduced, in_notation, is_ordinary, rounded};
+use asperity_contact::interface::{Notation, Reduced, in_notation, rounded};
 use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::problem::LoadKind;
 use asperity_grid::units::Scales;
@@ -80,8 +80,7 @@ impl Notation for GivenUnits {
 /// A number in SI units, or a plain one, in the unit of a quantity.
 fn written<D: Dimensional>(si: f64, like: Quantity<D>) -> String {
     let value = rounded(si / like.with(1.0).si());
-    let quantity = like.with(value);
-    if is_ordinary(value) { quantity.to_string() } else { format!("{quantity:e}") }
+    like.with(value).in_words()
 }
 
 #[cfg(test)]

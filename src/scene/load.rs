@@ -110,7 +110,7 @@ impl LoadScene {
     /// A value as it is given.
     pub(super) fn text(&self, kind: LoadKind, index: usize) -> Option<String> {
         fn text<D: Dimensional>(list: &[Quantity<D>], index: usize) -> Option<String> {
-            list.get(index).map(|q| q.to_string())
+            list.get(index).map(|q| q.in_words())
         }
         match kind {
             LoadKind::Pressure => text(&self.pressure, index),

@@ -45,7 +45,7 @@ impl Names for Keys<'_> {
 
     fn value(&self, field: Field, index: Option<usize>, value: f64) -> String {
         fn text<D: Dimensional>(quantity: Option<Quantity<D>>) -> Option<String> {
-            quantity.map(|q| q.to_string())
+            quantity.map(|q| q.in_words())
         }
         let Scene { laboratory, load, adhesion, continuum, .. } = self.0;
         let (layer, crystal) = (continuum.layer.as_ref(), continuum.crystal.as_ref());

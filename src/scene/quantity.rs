@@ -1,6 +1,7 @@
 //! Quantities of a scene: numbers with a unit of one dimension. Those that come from a command line or the library are plain numbers,
 //! in the caller's units.
 
+use asperity_contact::interface::is_ordinary;
 use asperity_grid::units::{Dimension, Measure, Measures, Unit};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{DeserializeSeed, Error, SeqAccess, Unexpected, Visitor};
@@ -88,6 +89,13 @@ impl<D: Dimensional> Quantity<D> {
         let measure = measure.of(D::DIMENSION).ok()?;
         let good = measure.unit.is_some() && measure.value.is_finite() || D::DIMENSION.may_be_plain();
         good.then_some(Quantity { measure, dimension: PhantomData })
+    }
+}
+
+impl<D> Quantity<D> {
+    /// With its unit, for a message: numbers that nobody writes out with a power of ten.
+    pub fn in_words(&self) -> String {
+        if is_ordinary(self.measure.value) { self.to_string() } else { format!("{self:e}") }
     }
 }
 

@@ -27,6 +27,9 @@ impl Scene {
         if text.trim().is_empty() {
             return Err(Error::format(path, "an empty file", "a scene (TOML), or a surface"));
         }
+        if toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("over")) {
+            return Err(Error::format(path, "a sweep", "a scene: `asperity sweep FILE` runs those of a sweep"));
+        }
         Self::parse(&text, path)
     }
 

@@ -5,7 +5,7 @@ use crate::jobs::{built, case, on, surface};
 use crate::lammps::lammps;
 use asperity::atoms::block::Block;
 use asperity::atoms::engine::{Finished, LammpsEngine};
-use asperity::pipeline::{Silent, run};
+use asperity::pipeline::{OutFolder, Silent, run};
 use asperity::scene::{Case, Foundation};
 use std::path::Path;
 
@@ -98,7 +98,8 @@ fn a_run_folder_distinguishes_foundation_and_atoms() {
     let folder = tempfile::tempdir().expect("scratch");
     let of = |depth: usize, foundation: usize| {
         let case = of_depth(depth, foundation, &LOADS[..1]);
-        let (results, _) = run(&case, folder.path(), &Silent).expect("a clean run");
+        let out = OutFolder { overwrite: true, ..OutFolder::from(folder.path()) };
+        let (results, _) = run(&case, out, &Silent).expect("a clean run");
         let reused = results.stages.iter().filter(|s| s.reused).map(|s| s.name.clone()).collect::<Vec<_>>();
         (results.atoms.expect("atoms").deformable, reused)
     };

@@ -227,8 +227,8 @@ fn a_turn_that_ends_early_is_continued() {
     cluster.wait_for_steps("out/points/seed-1");
     cluster.warn(&job);
     let found = cluster.collected();
-    assert_eq!(cluster.turns(0), ["interrupted", "done"]);
-    assert_eq!(cluster.turns(1), ["done"]);
+    assert_eq!(cluster.turns(0), ["interrupted", "done"], "{found}");
+    assert_eq!(cluster.turns(1), ["done"], "{found}");
     let log = fs::read_to_string(cluster.path("out/logs/seed-1.log")).expect("a log");
     assert!(log.contains("resumed at load step"), "{log}");
     assert_eq!(points(&found), points(&cluster.local()));

@@ -308,7 +308,12 @@ fn solvers_complain_in_the_units_of_the_loads() {
             &["--hardness", "0.02MPa"][..],
             &["pressure = 30 kPa; accepted: less than 20 kPa, at which every node flows"][..],
         ),
-        ("1e-20 Pa", "", &[], &["pressure = 1e-20 Pa; accepted: at least ", " Pa: rounding of the heights"]),
+        (
+            "1e-20 Pa",
+            "",
+            &[],
+            &["pressure", "; accepted: at least ", "times", "modulus, as a pressure: rounding of the heights"],
+        ),
         ("1e200 MPa", "", &[], &["pressure = 1e200 MPa; accepted: at most 1e140 times"]),
         (
             "1.9 GPa",

@@ -73,8 +73,8 @@ fn delivers(kind: MethodKind, s: &State, quantity: Quantity) -> bool {
         Quantity::StressMap => s.stress_map.is_some(),
         // For solvers contact is where the gap is closed.
         Quantity::ContactMap => s.contact_map.is_some() || kind == MethodKind::Solver && s.gap_map.is_some(),
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            seen(|o| !o.patch_area.is_empty() && !o.patch_density.is_empty())
+        Quantity::ClusterPdf | Quantity::ClusterArea | Quantity::MedianClusterArea => {
+            seen(|o| !o.cluster_area.is_empty() && !o.cluster_density.is_empty())
         }
         Quantity::GapPdf => seen(|o| o.gap_logarithmic.is_some()),
         Quantity::StressPdf => seen(|o| o.stress.is_some()),

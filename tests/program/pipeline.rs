@@ -6,7 +6,7 @@ use crate::program::{asperity, json_line, stderr};
 use serde_json::Value;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// Displacement step, Å: 16 steps and some three seconds of LAMMPS, enough to interrupt it.
@@ -300,7 +300,11 @@ fn two_runs_in_one_folder_do_not_mix() {
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");
     let first = bench.interrupted_start(&scene, "run");
+    // It may take less time than the second one to start.
+    let signal = |signal: &str| Command::new("kill").args([signal, &first.id().to_string()]).status().expect("kill");
+    signal("-STOP");
     let second = bench.run(&scene, "run");
+    signal("-CONT");
     assert_eq!(second.status.code(), Some(2), "{}", stderr(&second));
     assert!(stderr(&second).contains("in use by process "), "{}", stderr(&second));
     let first = first.wait_with_output().expect("ended");

@@ -77,9 +77,9 @@ with xarray.open_dataset(folder / "results.nc", engine="h5netcdf") as data:
         whole = [s["observed"][name] for s in states]
         shares = [sum(d["fractions"]) for d in whole]
         np.testing.assert_allclose((density * width[:, None]).sum(axis=1), shares, rtol=1e-9)
-    share = data.patch_cumulative_fraction.values
+    share = data.cluster_cumulative_fraction.values
     for k, state in enumerate(states):
-        rows = state["observed"]["patch_area"]
+        rows = state["observed"]["cluster_area"]
         np.testing.assert_allclose(share[k, : len(rows)], [r[1] for r in rows], rtol=1e-15)
         assert np.isnan(share[k, len(rows) :]).all()
     assert "criterion" in data.contact_area.attrs

@@ -58,7 +58,7 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
         contact_area: 0.9 * share,
         contact_area_error: Some(0.9 * share * 0.0312),
         contact_nodes: Some(share),
-        patches: Some(17),
+        clusters: Some(17),
         mean_gap: Some(gap.iter().sum::<f64>() / gap.len() as f64),
         stiffness: Some(0.345),
         energy: Some(-1e-6),
@@ -130,11 +130,11 @@ pub(crate) fn observed(gap: &[f64]) -> Observed {
         gap_logarithmic: Some(observe::gap_distribution(field, 0.0, observe::logarithmic_edges(1e-5, 0.04, 40))),
         stress: Some(stresses.all),
         contact_stress: Some(stresses.contact),
-        patch_density: observe::size_distribution(&sizes, 5)
+        cluster_density: observe::size_distribution(&sizes, 5)
             .into_iter()
             .map(|(a, density, n)| [a * node, density / node, n as f64])
             .collect(),
-        patch_area: observe::cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
+        cluster_area: observe::cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
         median_cluster_area: observe::median_cluster_size(&sizes).map(|a| a as f64 * node),
         constriction_conductance: Some(0.123),
         hydraulic_gap: Some(0.0),
@@ -325,9 +325,9 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
         hard_wall_mean_gap_angstrom: 9.402,
         compliant_wall_mean_gap_angstrom: 9.655,
         yielding_wall_mean_gap_angstrom: None,
-        atoms_patches: 14,
-        compliant_wall_patches: 17,
-        gap_rms_difference_angstrom: 0.214,
+        atoms_clusters: 14,
+        compliant_wall_clusters: 17,
+        gap_rms_difference_angstrom: Some(0.214),
         compliant_wall_gap: s.gap_file().unwrap().into(),
         model_chain: Vec::new(),
         area_vs_distance: Vec::new(),

@@ -171,9 +171,9 @@ fn criteria_model_chain_and_yield_are_shown() {
             contact_area: fraction,
             mean_gap_angstrom: 9.2,
             contact_stress_gpa: Some(5.1),
-            patches: 12,
+            clusters: 12,
             median_cluster_area_nm2: Some(3.3),
-            patch_area: vec![[1.0, 0.3], [3.3, 1.0]],
+            cluster_area: vec![[1.0, 0.3], [3.3, 1.0]],
             gap: even(20.0),
             stress: even(8.0),
         };
@@ -527,10 +527,10 @@ fn what_is_missing_or_damaged_is_named() {
     says(&["not a run folder", "results.json and manifest.json are missing"]);
     let path = folder.path().join("results.json");
     std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
-    says(&["results.json", "schema 99", "accepted: schema 6"]);
+    says(&["results.json", "schema 99", "accepted: schema 7"]);
     std::fs::write(&path, "{\"name\": 1}").unwrap();
     says(&["results.json", "schema"]);
-    std::fs::write(&path, "{\"schema\": 6, \"name\": 1}").unwrap();
+    std::fs::write(&path, "{\"schema\": 7, \"name\": 1}").unwrap();
     says(&["results.json", "line 1"]);
 
     let mut results = run_folder(folder.path());

@@ -256,7 +256,7 @@ fn cards_agree_with_results() {
             assert_eq!(delivers(Quantity::MeanGap), s.mean_gap > 0.0);
             let map = contact_map(s.gap, 0.0);
             assert_eq!(
-                delivers(Quantity::PatchPdf),
+                delivers(Quantity::ClusterPdf),
                 !cluster_sizes(&map, grid.nx, Connectivity::Eight, true).is_empty()
             );
             let gaps = gap_distribution(s.gap, 0.0, linear_edges(0.0, 1.0, 50));

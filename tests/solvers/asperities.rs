@@ -24,7 +24,7 @@ struct Estimated {
     contact: Vec<u8>,
     gap: Vec<f64>,
     stress: Vec<f64>,
-    patches: Vec<f64>,
+    clusters: Vec<f64>,
 }
 
 fn estimates(problem: &ReducedProblem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
@@ -39,7 +39,7 @@ fn estimates(problem: &ReducedProblem, id: &str, pressures: &[f64]) -> Vec<Estim
             contact: e.contact.unwrap_or_default().to_vec(),
             gap: e.gap.unwrap_or_default().to_vec(),
             stress: e.stress.unwrap_or_default().to_vec(),
-            patches: e.patches.unwrap_or_default(),
+            clusters: e.clusters.unwrap_or_default(),
         }
     };
     pressures.iter().map(&mut estimate).collect()
@@ -134,7 +134,7 @@ fn icha_area_depends_on_pressure_over_gradient() {
     let double: Vec<f64> = heights.iter().map(|h| 2.0 * h).collect();
     let a = one(&problem(grid, &heights), "icha", 0.03);
     let b = one(&problem(grid, &double), "icha", 0.06);
-    assert_eq!(a.patches.len(), b.patches.len());
+    assert_eq!(a.clusters.len(), b.clusters.len());
     assert!(near(b.area, a.area, 1e-9) && near(b.mean_gap, 2.0 * a.mean_gap, 1e-9) && a.area > 0.01);
 }
 
@@ -205,13 +205,13 @@ fn srgw_single_summit_is_jkr() {
     };
     let loads = [0.0, 0.3 * pull_off, 5.0 * pull_off, pull_off, -0.5 * pull_off, -0.999 * pull_off];
     for (load, found) in loads.iter().zip(estimates(&p, "srgw", &loads)) {
-        assert_eq!((found.stop, found.patches.len()), (Stop::Converged, 1), "{load}");
-        assert!(near((found.patches[0] / PI).sqrt(), closed(*load), 1e-6), "{load} {:?}", found.patches);
-        assert!(near(found.area, found.patches[0], 1e-12));
+        assert_eq!((found.stop, found.clusters.len()), (Stop::Converged, 1), "{load}");
+        assert!(near((found.clusters[0] / PI).sqrt(), closed(*load), 1e-6), "{load} {:?}", found.clusters);
+        assert!(near(found.area, found.clusters[0], 1e-12));
     }
     let end = estimates(&p, "srgw", &[-0.5 * pull_off, -1.001 * pull_off, 0.3 * pull_off]);
     assert_eq!((end[1].stop, end[1].area), (Stop::Detached, 0.0));
-    assert!(near((end[2].patches[0] / PI).sqrt(), closed(0.3 * pull_off), 1e-6));
+    assert!(near((end[2].clusters[0] / PI).sqrt(), closed(0.3 * pull_off), 1e-6));
 }
 
 /// Without adhesion: area and stress of Hertz on one summit; two summits have a common approach.
@@ -227,7 +227,7 @@ fn srgw_without_adhesion_is_hertz() {
     assert!((found.gap[64 * 128 + 96] - (0.5f64.powi(2) / 0.8 - a * a / 0.4)).abs() < 2e-3);
     let (grid, heights) = spheres(128, &[(0.25, 0.5, 0.4, 0.0), (0.75, 0.5, 0.2, 0.002)]);
     let found = one(&problem(grid, &heights), "srgw", load);
-    let [a, b] = found.patches[..] else { panic!("two spots") };
+    let [a, b] = found.clusters[..] else { panic!("two spots") };
     assert!(((a / PI / 0.4) - (b / PI / 0.2) - 0.002).abs() < 1e-9);
 }
 
@@ -291,7 +291,7 @@ fn icha_interaction_agrees_with_bvm() {
         "two spheres: load on the first {exact_left} (bvm) {found} (icha) {not} (srgw); mean gap {} {} {}",
         exact.mean_gap, interacting.mean_gap, independent.mean_gap
     );
-    assert_eq!(interacting.patches.len(), 2);
+    assert_eq!(interacting.clusters.len(), 2);
     // Measured: 0.56056 for 0.56029, and 0.55597 without interaction.
     assert!(near(found, exact_left, 1e-3), "{found} {exact_left}");
     assert!((not - exact_left).abs() > 10.0 * (found - exact_left).abs(), "{not} {found} {exact_left}");
@@ -306,7 +306,7 @@ fn icha_spots_merge_with_load() {
     let loads = [1e-5, 6e-4, 3e-3];
     let found = estimates(&p, "icha", &loads);
     assert!(found.iter().all(|f| f.stop == Stop::Converged && f.load_error < 1e-6));
-    assert_eq!(found.iter().map(|f| f.patches.len()).collect::<Vec<_>>(), [2, 1, 1]);
+    assert_eq!(found.iter().map(|f| f.clusters.len()).collect::<Vec<_>>(), [2, 1, 1]);
     assert!(found[2].area > found[1].area);
     assert_eq!(one(&p, "icha", loads[2]), found[2]);
     // A lower load afterwards gives the same result as a first one.
@@ -383,7 +383,7 @@ fn threads_do_not_change_estimates() {
             pool.install(|| one(&p, id, 0.01))
         };
         let (a, b) = (on(1), on(2));
-        assert!(a.area == b.area && a.gap == b.gap && a.stress == b.stress && a.patches == b.patches, "{id}");
+        assert!(a.area == b.area && a.gap == b.gap && a.stress == b.stress && a.clusters == b.clusters, "{id}");
     }
 }
 

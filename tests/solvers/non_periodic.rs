@@ -330,7 +330,7 @@ fn what_touches_opposite_sides_is_not_connected() {
             assert_eq!(sizes[0], sizes[1], "seed {seed}");
             seams += usize::from(sizes[1].len() != cluster_sizes(&map, grid.nx, Connectivity::Eight, true).len());
             let (observed, _) = observed(grid, state, 0.0, 0.1, (false, false));
-            assert_eq!(observed.patches(), sizes[1].len());
+            assert_eq!(observed.clusters(), sizes[1].len());
             let flow = leakage(grid, state.gap, 0.0, false).expect("converges");
             assert_eq!(observed.gap_percolates, Some(flow.conductivity.map(|c| c > 0.0)), "seed {seed} at {load}");
             // Edges between neighbours inside of the patch, and none on its border.

@@ -206,7 +206,7 @@ fn pressures_below_rounding_are_refused() {
     let body = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
     for kernel in [Elastic::HalfSpace, body] {
         let problem = ReducedProblem { kernel, tolerance: 1e-5, ..ReducedProblem::new(grid, &heights) };
-        let least = problem.least_pressure();
+        let least = problem.least_pressure(problem.heights.rms());
         let walk = |pressure: f64| {
             let loads = [Load::Pressure(pressure)];
             let path = LoadPathSolver::new(problem.clone(), find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);

@@ -185,7 +185,7 @@ fn roughness(target: &Target, actual: &Actual) -> [AuditLine; 4] {
     // Indenter atoms on a lattice represent no wave shorter than two spacings, a crystal none shorter than two bonds.
     let reachable = lambda_s >= (2.0 * bond).max(2.0 * actual.spacing_angstrom());
     let resolved_reason = format!(
-        "rms gradient {:.4} remains of {:.4} in the waves of {lambda:.2} Å and longer",
+        "rms gradient {:.4} of the indenter, whose waves have {lambda:.2} Å and more; {:.4} over the whole spectrum",
         actual.resolved_gradient, actual.rms_gradient
     );
     let bonds_reason = format!(

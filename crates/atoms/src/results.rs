@@ -48,7 +48,7 @@ pub struct DefectAtoms {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct PlasticityResults {
-    /// Number of atoms analysed per step, all below the masked layers.
+    /// Number of atoms analysed per step: the deformable ones below the masked layers, without the lowest layer.
     pub atoms: usize,
     /// Layers of the surface, whose atoms are not counted.
     pub masked_layers: usize,
@@ -129,7 +129,8 @@ pub struct LoadStepResults {
     pub p_star: f64,
     /// Number of contact atoms.
     pub contacts: usize,
-    /// Potential energy, eV.
+    /// Potential energy, eV. With an elastic base that of the missing layers counts from the mean strain of the step: differences between steps are
+    /// not work.
     pub energy_ev: f64,
     /// Force evaluations of LAMMPS.
     pub force_evaluations: usize,
@@ -144,10 +145,22 @@ pub struct LoadStepResults {
     pub predicted_decrease_ev: Option<f64>,
 }
 
+impl AtomsResults {
+    /// Number of atoms that move: the deformable ones, and those of an elastic base.
+    pub fn moving(&self) -> usize {
+        self.deformable + if self.elastic_base { self.fixed } else { 0 }
+    }
+}
+
 impl AtomState {
     /// Contact atoms below which a comparison is hardly more than a count: the counting error of 30 is 18 %, twice the difference between
     /// atoms and continuum that many surfaces show (8 to 10 %).
     pub const FEW_CONTACTS: usize = 30;
+
+    /// File with one value per surface site, of its `contact` or its `gap`.
+    pub fn per_site(&self, quantity: &str) -> String {
+        self.contact_map.replace("contact.npy", &format!("site-{quantity}.npy"))
+    }
 
     /// Whether the state has fewer contact atoms than [`AtomState::FEW_CONTACTS`].
     pub fn has_few_contacts(&self) -> bool {
@@ -331,7 +344,7 @@ pub struct AtomsResults {
     pub modulus_gpa: f64,
     /// Number of deformable atoms.
     pub deformable: usize,
-    /// Number of atoms of the fixed base.
+    /// Number of atoms of the base: they are fixed, follow the continuum, or move with an elastic base.
     pub fixed: usize,
     /// Number of atoms of the indenter.
     pub indenter: usize,

@@ -4,7 +4,8 @@ use crate::interface::AttractionLaw;
 use crate::load::LoadStep;
 use crate::method::{Criterion, MethodCard, MethodEstimate, ReducedProblem};
 use crate::observe::{
-    ClusterAreas, Connectivity, ContactEdges, cluster_sizes, contact_area, gap_distribution, stress_distribution,
+    ClusterAreas, Connectivity, ContactEdges, cluster_sizes, contact_area, gap_distribution, stiffness,
+    stress_distribution,
 };
 use crate::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use crate::quantity::Quantity;
@@ -16,6 +17,15 @@ use std::borrow::Cow;
 pub fn never_delivered(card: &MethodCard, adhesive: bool) -> Missing {
     let reason = |q| Some((q, card.unsupported_reason(q, adhesive)?.to_string()));
     Quantity::OUTPUTS.into_iter().filter_map(reason).collect()
+}
+
+/// Sets the contact stiffness from neighbouring loads where the method gives none.
+pub fn set_stiffness(states: &mut [State]) {
+    let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.pressure, s.mean_gap?))).collect();
+    let with_gap = states.iter_mut().filter(|s| s.mean_gap.is_some());
+    for (state, k) in with_gap.zip(stiffness(&points)).filter(|(s, _)| s.stiffness.is_none()) {
+        state.stiffness = k;
+    }
 }
 
 /// The numbers of an estimate, in reduced units: those that the method gives, and those evaluated from its fields.
@@ -36,7 +46,7 @@ pub fn state_of(
         (None, None) => e.stress.map(|stress| stress.iter().map(|s| if *s > 0.0 { 0.0 } else { 1.0 }).collect()),
     };
     let touching = open.as_ref().map(|open| Field::F64(open));
-    let clusters = e.patches.as_ref().map(|areas| ClusterAreas::new(areas.iter().copied())).or_else(|| {
+    let clusters = e.clusters.as_ref().map(|areas| ClusterAreas::new(areas.iter().copied())).or_else(|| {
         let sizes = cluster_sizes(e.contact?, grid.nx, Connectivity::Eight, problem.kernel.is_periodic());
         Some(ClusterAreas::new(sizes.into_iter().map(|nodes| nodes as f64 * node_area)))
     });
@@ -67,8 +77,8 @@ pub fn state_of(
     }
     let observed = Observed {
         gap_logarithmic: gap,
-        patch_density: clusters.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
-        patch_area: clusters.as_ref().map_or(Vec::new(), ClusterAreas::cumulative),
+        cluster_density: clusters.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
+        cluster_area: clusters.as_ref().map_or(Vec::new(), ClusterAreas::cumulative),
         median_cluster_area: clusters.as_ref().and_then(ClusterAreas::median),
         ..Observed::default()
     };
@@ -81,7 +91,7 @@ pub fn state_of(
         criterion: criterion.into(),
         contact_area: area,
         contact_nodes: counted.map(|area| area.contact_nodes),
-        patches: clusters.as_ref().map(ClusterAreas::count),
+        clusters: clusters.as_ref().map(ClusterAreas::count),
         mean_gap: e.mean_gap,
         stiffness: e.stiffness,
         load_error: e.load_error,

@@ -12,6 +12,7 @@ pub mod problem;
 pub mod quantity;
 pub mod reached;
 pub mod results;
+pub mod scalars;
 pub mod state;
 pub mod uncertainty;
 

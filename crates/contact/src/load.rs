@@ -78,13 +78,24 @@ pub struct LoadStep {
     pub counterpart: Option<usize>,
     /// Whether the scene requests the maps of this load.
     pub maps: bool,
+    /// Whether a finer grid has the same load. Imposed contact areas and displacements are other pressures and mean gaps there, so the change to a
+    /// coarser grid at the same load is not their error, and none is stated.
+    pub is_of_every_grid: bool,
 }
 
 impl LoadStep {
     /// A path of one load without maps. `gradient`: rms gradient.
     pub fn single(p_star: f64, gradient: f64) -> Self {
         let target = Load::Pressure(p_star * gradient);
-        LoadStep { index: 0, p_star: Some(p_star), target, branch: Branch::Loading, counterpart: None, maps: false }
+        LoadStep {
+            index: 0,
+            p_star: Some(p_star),
+            target,
+            branch: Branch::Loading,
+            counterpart: None,
+            maps: false,
+            is_of_every_grid: true,
+        }
     }
 
     /// The steps of `targets` in order. `p_star`: values of imposed pressures, empty if the mean gap is imposed.
@@ -97,6 +108,7 @@ impl LoadStep {
             target,
             branch: if falls(index) { Branch::Unloading } else { Branch::Loading },
             counterpart: (index >= loading_count).then(|| (2 * loading_count).checked_sub(index + 2)).flatten(),
+            is_of_every_grid: true,
             maps: true,
         };
         targets.iter().enumerate().map(step).collect()

@@ -64,7 +64,7 @@ pub fn observed(
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
         let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight, periodic);
         let compressive = Compressive {
-            patches: sizes.len(),
+            clusters: sizes.len(),
             median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node_area),
             median_cluster_area_error: median_error(&sizes).map(|a| a * node_area),
         };
@@ -75,11 +75,14 @@ pub fn observed(
         mean_contact_pressure: (contact_area > 0.0).then_some(state.pressure / contact_area),
         gap: Some(gap_distribution(state.gap, threshold, linear_edges(0.0, logarithmic[logarithmic.len() - 1], BINS))),
         gap_logarithmic: Some(gap_distribution(state.gap, threshold, logarithmic)),
-        patch_density: size_distribution(&sizes, SIZES_PER_DECADE)
+        cluster_density: size_distribution(&sizes, SIZES_PER_DECADE)
             .into_iter()
             .map(|(a, density, n)| [a * node_area, density / node_area, n as f64])
             .collect(),
-        patch_area: cumulative_area(&sizes).into_iter().map(|(a, fraction)| [a as f64 * node_area, fraction]).collect(),
+        cluster_area: cumulative_area(&sizes)
+            .into_iter()
+            .map(|(a, fraction)| [a as f64 * node_area, fraction])
+            .collect(),
         median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node_area),
         compressive,
         constriction_conductance: Some(constriction_conductance(sizes.iter().map(|&a| a as f64 * node_area))),

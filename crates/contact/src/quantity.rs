@@ -16,12 +16,12 @@ pub enum Quantity {
     GapPdf,
     StressPdf,
     /// CPr(a): cumulative distribution of cluster areas.
-    PatchArea,
+    ClusterArea,
     MedianClusterArea,
     /// Output only: stresses are compared by their distribution.
     StressMap,
-    /// Pr(a): output only, compared as `patch_area` and `median_cluster_area`.
-    PatchPdf,
+    /// Pr(a): output only, compared as `cluster_area` and `median_cluster_area`.
+    ClusterPdf,
 }
 
 impl Quantity {
@@ -30,7 +30,7 @@ impl Quantity {
         Quantity::GapMap,
         Quantity::StressMap,
         Quantity::ContactMap,
-        Quantity::PatchPdf,
+        Quantity::ClusterPdf,
         Quantity::GapPdf,
         Quantity::StressPdf,
         Quantity::ContactArea,
@@ -47,7 +47,7 @@ impl Quantity {
         Quantity::ContactMap,
         Quantity::GapPdf,
         Quantity::StressPdf,
-        Quantity::PatchArea,
+        Quantity::ClusterArea,
         Quantity::MedianClusterArea,
     ];
 
@@ -65,8 +65,8 @@ impl Quantity {
             Quantity::ContactMap => "contact_map",
             Quantity::GapPdf => "gap_pdf",
             Quantity::StressPdf => "stress_pdf",
-            Quantity::PatchPdf => "patch_pdf",
-            Quantity::PatchArea => "patch_area",
+            Quantity::ClusterPdf => "cluster_pdf",
+            Quantity::ClusterArea => "cluster_area",
             Quantity::MedianClusterArea => "median_cluster_area",
         }
     }
@@ -81,8 +81,8 @@ impl Quantity {
             Quantity::ContactMap => "contact map",
             Quantity::GapPdf => "gap distribution Pr(u)",
             Quantity::StressPdf => "stress distribution Pr(σ)",
-            Quantity::PatchPdf => "cluster areas Pr(a)",
-            Quantity::PatchArea => "cluster areas CPr(a)",
+            Quantity::ClusterPdf => "cluster areas Pr(a)",
+            Quantity::ClusterArea => "cluster areas CPr(a)",
             Quantity::MedianClusterArea => "median cluster area",
         }
     }
@@ -99,15 +99,15 @@ impl Quantity {
             Quantity::ContactMap => "one minus the Jaccard index of the contact maps at the nodes common to both grids",
             Quantity::GapPdf => "Wasserstein distance over the same scale as errors of the mean gap",
             Quantity::StressPdf => "Wasserstein distance over E*ḡ",
-            Quantity::PatchArea => "Wasserstein distance in decades of area",
+            Quantity::ClusterArea => "Wasserstein distance in decades of area",
             Quantity::MedianClusterArea => "decades between the areas",
-            Quantity::StressMap | Quantity::PatchPdf => "not compared",
+            Quantity::StressMap | Quantity::ClusterPdf => "not compared",
         }
     }
 
     /// Whether errors are in decades instead of relative deviations.
     pub fn in_decades(self) -> bool {
-        matches!(self, Quantity::PatchArea | Quantity::MedianClusterArea)
+        matches!(self, Quantity::ClusterArea | Quantity::MedianClusterArea)
     }
 
     /// The error that corresponds to a relative deviation `fraction`.
@@ -118,7 +118,7 @@ impl Quantity {
     /// The output from which the quantity is computed.
     pub fn output(self) -> Quantity {
         match self {
-            Quantity::PatchArea | Quantity::MedianClusterArea => Quantity::PatchPdf,
+            Quantity::ClusterArea | Quantity::MedianClusterArea => Quantity::ClusterPdf,
             other => other,
         }
     }

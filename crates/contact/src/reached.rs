@@ -1,9 +1,9 @@
 //! Borrowed results of solvers and estimators as an owned [`State`].
 
 use crate::load::LoadStep;
-use crate::method::{Equilibrium, MethodEstimate};
-use crate::observe::contact_map;
-use crate::path::Reached;
+use crate::method::{Equilibrium, MethodEstimate, ReducedProblem};
+use crate::observe::{Leakage, contact_map};
+use crate::path::{Reached, leakage};
 use crate::state::{Map, State};
 use asperity_grid::{Field, Grid};
 
@@ -11,6 +11,7 @@ impl Reached<'_> {
     /// The numbers of this state, in reduced units. `gradient`: pressure over E* at p* = 1.
     pub fn numbers(&self, step: &LoadStep, gradient: f64, criterion: &str) -> State {
         let Reached { state, area, .. } = self;
+        let with_errors = step.is_of_every_grid;
         State {
             index: step.index,
             branch: step.branch,
@@ -19,14 +20,14 @@ impl Reached<'_> {
             non_periodic: !self.periodic,
             criterion: criterion.into(),
             contact_area: area.contact_area,
-            contact_area_error: self.contact_area_error(),
+            contact_area_error: self.contact_area_error().filter(|_| with_errors),
             contact_nodes: Some(area.contact_nodes),
             perimeter: Some(area.perimeter),
             mean_gap: Some(state.mean_gap),
-            mean_gap_error: self.mean_gap_error(),
+            mean_gap_error: self.mean_gap_error().filter(|_| with_errors),
             displacement: Some(self.displacement),
             stiffness: state.stiffness,
-            stiffness_error: self.stiffness_error(),
+            stiffness_error: self.stiffness_error().filter(|_| with_errors),
             energy: Some(state.energy),
             elastic_energy: Some(state.elastic_energy),
             interaction_energy: Some(state.interaction_energy),
@@ -36,16 +37,23 @@ impl Reached<'_> {
             complementarity: Some(state.complementarity),
             energy_bound: self.energy_bound,
             error_estimates: Some(state.error_estimates),
-            discretisation: self.discretisation,
-            map_errors: self.map_errors,
+            discretisation: self.discretisation.filter(|_| with_errors),
+            map_errors: self.map_errors.filter(|_| with_errors),
             extrapolated: self.extrapolated,
-            uncertainty: self.uncertainty.clone(),
+            uncertainty: if with_errors { self.uncertainty.clone() } else { Vec::new() },
             stop: state.stop,
             iterations: state.iterations,
             fft_pairs: state.fft_pairs,
             seconds: state.seconds,
             ..State::default()
         }
+    }
+}
+
+impl Reached<'_> {
+    /// The flow through the gap, as [`path::leakage`](crate::path::leakage) finds it, with errors where a finer grid has the same load.
+    pub fn leakage(&self, problem: &ReducedProblem, gap: Field, threshold: f64, step: &LoadStep) -> Option<Leakage> {
+        leakage(problem, gap, threshold, self.coarser_gaps.filter(|_| step.is_of_every_grid))
     }
 }
 

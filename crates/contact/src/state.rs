@@ -50,7 +50,7 @@ pub struct State {
     pub perimeter: Option<f64>,
     /// Number of contact clusters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub patches: Option<usize>,
+    pub clusters: Option<usize>,
     /// Mean gap over all nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
@@ -349,7 +349,7 @@ impl Hysteresis {
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Compressive {
     /// Number of clusters.
-    pub patches: usize,
+    pub clusters: usize,
     /// Area-weighted median of the cluster areas; absent without contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub median_cluster_area: Option<f64>,
@@ -380,10 +380,10 @@ pub struct Observed {
     pub contact_stress: Option<Distribution>,
     /// Pr(a): cluster area, density, number in the bin.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub patch_density: Vec<[f64; 3]>,
+    pub cluster_density: Vec<[f64; 3]>,
     /// CPr(a): cluster area, fraction of the contact in clusters up to this area.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub patch_area: Vec<[f64; 2]>,
+    pub cluster_area: Vec<[f64; 2]>,
     /// Area-weighted median of the cluster areas, at which CPr(a) is one half.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub median_cluster_area: Option<f64>,
@@ -406,8 +406,8 @@ pub struct Observed {
 
 impl Observed {
     /// Number of contact clusters.
-    pub fn patches(&self) -> usize {
-        self.patch_density.iter().map(|[.., n]| *n as usize).sum()
+    pub fn clusters(&self) -> usize {
+        self.cluster_density.iter().map(|[.., n]| *n as usize).sum()
     }
 
     /// With the distributions of the stress.
@@ -425,8 +425,8 @@ impl Observed {
             gap_logarithmic: in_unit(self.gap_logarithmic, length),
             stress: in_unit(self.stress, stress),
             contact_stress: in_unit(self.contact_stress, stress),
-            patch_density: self.patch_density.into_iter().map(|[a, d, n]| [a * area, d / area, n]).collect(),
-            patch_area: self.patch_area.into_iter().map(|[a, fraction]| [a * area, fraction]).collect(),
+            cluster_density: self.cluster_density.into_iter().map(|[a, d, n]| [a * area, d / area, n]).collect(),
+            cluster_area: self.cluster_area.into_iter().map(|[a, fraction]| [a * area, fraction]).collect(),
             median_cluster_area: self.median_cluster_area.map(|a| a * area),
             compressive: self.compressive.map(|c| Compressive {
                 median_cluster_area: c.median_cluster_area.map(|a| a * area),

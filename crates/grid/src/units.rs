@@ -52,6 +52,9 @@ pub enum Dimension {
     Force,
     /// Energy per area, such as a work of adhesion.
     Work,
+    Area,
+    /// Stress per length.
+    Stiffness,
     Energy,
     Temperature,
     Time,
@@ -69,6 +72,8 @@ impl Dimension {
             Dimension::Stress => "a stress",
             Dimension::Force => "a force",
             Dimension::Work => "an energy per area",
+            Dimension::Area => "an area",
+            Dimension::Stiffness => "a stress per length",
             Dimension::Energy => "an energy",
             Dimension::Temperature => "a temperature",
             Dimension::Time => "a time",
@@ -84,11 +89,27 @@ impl Dimension {
             Dimension::Stress => "25 MPa",
             Dimension::Force => "5 mN",
             Dimension::Work => "50 mJ/m2",
+            Dimension::Area => "3 um2",
+            Dimension::Stiffness => "2 MPa/um",
             Dimension::Energy => "0.2 eV",
             Dimension::Temperature => "300 K",
             Dimension::Time => "60 s",
             Dimension::Fraction => "5 %",
             Dimension::Number => "0.5",
+        }
+    }
+
+    /// The powers of stress and of length that it is made of; both 0 for others.
+    pub fn powers(self) -> [i32; 2] {
+        match self {
+            Dimension::Length => [0, 1],
+            Dimension::Area => [0, 2],
+            Dimension::Stress => [1, 0],
+            Dimension::Force => [1, 2],
+            Dimension::Work => [1, 1],
+            Dimension::Energy => [1, 3],
+            Dimension::Stiffness => [1, -1],
+            Dimension::Temperature | Dimension::Time | Dimension::Fraction | Dimension::Number => [0, 0],
         }
     }
 

@@ -41,7 +41,7 @@ static CARD: MethodCard = MethodCard {
 fn supports(quantity: Quantity) -> Support {
     use Quantity::*;
     match quantity {
-        ContactMap | ContactArea | PatchPdf | PatchArea | MedianClusterArea => {
+        ContactMap | ContactArea | ClusterPdf | ClusterArea | MedianClusterArea => {
             Support::Only("camera pixels below the optical gap; no edges")
         }
         GapMap | GapPdf | MeanGap => Support::Only("by digital image correlation; no edges"),

@@ -38,7 +38,7 @@ fn supports(quantity: Quantity) -> Support {
     match quantity {
         ContactArea | MeanGap => Support::Only("depends on the band ratio ms-archard.band_ratio"),
         GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
-        PatchPdf | PatchArea | MedianClusterArea => Support::No("statistical method without patches"),
+        ClusterPdf | ClusterArea | MedianClusterArea => Support::No("statistical method without patches"),
         GapPdf | StressPdf => Support::No("only mean values are computed"),
         Stiffness => Support::Only("as differences between loads"),
     }

@@ -43,7 +43,7 @@ fn supports(quantity: Quantity) -> Support {
         MeanGap => Support::Only("mean gap of the long waves, without adhesion"),
         Stiffness => Support::Only("as differences between loads"),
         GapMap | StressMap | GapPdf => Support::No("the short waves are not resolved"),
-        ContactMap | PatchPdf | PatchArea | MedianClusterArea => {
+        ContactMap | ClusterPdf | ClusterArea | MedianClusterArea => {
             Support::No("the contact of the short waves has no positions")
         }
         StressPdf => Support::No("only mean values are computed"),

@@ -33,7 +33,7 @@ fn supports(quantity: Quantity) -> Support {
         ContactArea | Stiffness => Support::NoAdhesion,
         MeanGap => Support::Only("mean gap of the undeformed surface, without adhesion"),
         GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
-        PatchPdf | PatchArea | MedianClusterArea | GapPdf | StressPdf => {
+        ClusterPdf | ClusterArea | MedianClusterArea | GapPdf | StressPdf => {
             Support::No("only sums over asperities are computed")
         }
     }

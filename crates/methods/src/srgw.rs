@@ -38,7 +38,7 @@ fn supports(quantity: Quantity) -> Support {
     use Quantity::*;
     match quantity {
         ContactArea => Support::Only("sum of contact spots, which may overlap; JKR adhesion"),
-        PatchPdf | PatchArea | MedianClusterArea => Support::Only("one spot per summit; JKR adhesion"),
+        ClusterPdf | ClusterArea | MedianClusterArea => Support::Only("one spot per summit; JKR adhesion"),
         GapMap | GapPdf | MeanGap => Support::Only("undeformed gap"),
         StressMap | StressPdf => Support::Only("superposed Hertz and JKR profiles"),
         Stiffness => Support::Only("as differences between loads"),
@@ -218,8 +218,8 @@ impl Estimator for SrgwRun<'_> {
         asperities.touching.iter_mut().zip(&radii).for_each(|(t, a)| *t = a.is_some());
         self.depth = if stop == Stop::Detached { asperities.summits[0].height } else { depth };
         paint(grid, spots.iter().copied(), &mut self.stress);
-        let patches: Vec<f64> = spots.iter().map(|s| PI * s.radius.powi(2)).collect();
-        let area = patches.iter().sum::<f64>() / (grid.lx * grid.ly);
+        let clusters: Vec<f64> = spots.iter().map(|s| PI * s.radius.powi(2)).collect();
+        let area = clusters.iter().sum::<f64>() / (grid.lx * grid.ly);
         let mean_gap = require::undeformed_gap(&self.heights, depth, &mut self.gap);
         let scale = self.problem.stress_scale(self.problem.heights.rms(), pressure);
         Ok(MethodEstimate {
@@ -227,7 +227,7 @@ impl Estimator for SrgwRun<'_> {
             mean_gap: Some(mean_gap),
             gap: Some(&self.gap),
             stress: Some(&self.stress),
-            patches: Some(patches),
+            clusters: Some(clusters),
             load_error: (mean(&self.stress) - pressure).abs() / scale,
             stop,
             iterations,

@@ -78,19 +78,19 @@ fn errors_of_clusters_are_counting_errors() {
     let [share, error] = found(&results, "S23a");
     assert_near(error, (share * (100.0 - share) / 3000.0).sqrt(), "S23a");
     let o = results.continuum.as_ref().and_then(|c| c.states[3].observed.as_ref()).expect("made up");
-    let counted = share_counting_error(&o.patch_area, counted_area(o), 1e-12).expect("clusters on both sides");
+    let counted = share_counting_error(&o.cluster_area, counted_area(o), 1e-12).expect("clusters on both sides");
     assert_near(found(&results, "S17b")[1], counted, "S17b");
     // A tenth of the contact in clusters of the same areas: shares of one half within the error are reached at more than one area.
     let mut few = agreeing();
     let o = seen(with(&mut few));
     of(&mut o.gap).delta *= 0.1;
-    let median = median_counting_error(&o.patch_area, counted_area(o), 3e-12).expect("clusters on both sides");
+    let median = median_counting_error(&o.cluster_area, counted_area(o), 3e-12).expect("clusters on both sides");
     assert_near(found(&few, "S17a")[1], median * 1e12, "S17a");
     // Clusters of a quarter of the area are four times as many, with half of the error.
     let mut finer = agreeing();
-    let number = |o: &Observed| effective_clusters(&o.patch_area, counted_area(o)).expect("contact");
+    let number = |o: &Observed| effective_clusters(&o.cluster_area, counted_area(o)).expect("contact");
     let previous = number(seen(without(&mut finer)));
-    seen(without(&mut finer)).patch_area.iter_mut().for_each(|a| a[0] *= 0.25);
+    seen(without(&mut finer)).cluster_area.iter_mut().for_each(|a| a[0] *= 0.25);
     assert_near(number(seen(without(&mut finer))), 4.0 * previous, "number");
     assert_near(found(&finer, "S22")[1], 0.5 * found(&results, "S22")[1], "S22");
 }
@@ -110,7 +110,7 @@ fn errors_of_fits_are_standard_errors() {
     let loads: Vec<(f64, f64)> = states.map(|s| (s.p_star.ln(), um(s))).collect();
     assert_near(found(&scattered, "S12")[1], jackknife(&loads, |l| l.r2).expect("seven loads"), "S12");
     // From 16 nodes to the median cluster of 3 µm².
-    let sizes = &mut seen(with(&mut scattered)).patch_density;
+    let sizes = &mut seen(with(&mut scattered)).cluster_density;
     sizes[5][1] *= 1.1;
     let area = |a: f64| (16.0 * (LENGTH / 32768.0).powi(2)..=3e-12).contains(&a);
     let sizes: Vec<(f64, f64)> =

@@ -1,11 +1,11 @@
 //! The loads of a solve as a table on the terminal: one row per load.
 
-use crate::record::load_table::{Dimension, ForceUnit, ResultUnits};
+use crate::record::load_table::{ForceUnit, ResultUnits};
 use crate::report::number::{percent, si, si_given, significant, to_error, trimmed, with_error};
 use asperity_contact::interface::Notation;
 use asperity_contact::load::{Branch, Stop};
 use asperity_contact::state::State;
-use asperity_grid::units::Scales;
+use asperity_grid::units::{Dimension, Scales};
 
 /// A value with its unit, for people. Stresses, forces and works have the prefix that suits them, where their units are known.
 pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> String {

@@ -9,17 +9,17 @@ use crate::Result;
 use crate::cli::output;
 use crate::cli::progress::TerminalProgress;
 use crate::pipeline::ProgressReporter;
-use crate::record::load_table::{self, Dimension, ResultUnits};
+use crate::record::load_table::{self, ResultUnits};
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::Case;
-use asperity_contact::estimated::{never_delivered, state_of};
+use asperity_contact::estimated::{never_delivered, set_stiffness, state_of};
 use asperity_contact::interface::AttractionLaw;
 use asperity_contact::load::Load;
 use asperity_contact::method::{Heights, Quantity};
 use asperity_contact::path::EstimatorInput;
 use asperity_contact::state::State;
 use asperity_grid::Field;
-use asperity_grid::units::Scales;
+use asperity_grid::units::{Dimension, Scales};
 use asperity_surface::files::{json, npy};
 use serde_json::{Value, json};
 
@@ -42,7 +42,7 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
         solve.open_folder(out, &key)?;
         cache::clear(out, None)?;
     }
-    let (mut states, mut lines) = (Vec::new(), Vec::new());
+    let (mut states, mut about_states) = (Vec::new(), Vec::new());
     let watch = ProgressReporter::new(progress, None, "", (0, loads.len()));
     let resolved_gradient = problem.resolved_gradient();
     let criterion = method.criterion(&problem.settings).to_string();
@@ -51,7 +51,7 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
     let growth = asperity_grid::sys::MemoryGrowth::begin();
     let mut cpu = asperity_grid::sys::cpu_seconds();
     let input = EstimatorInput::new(problem.clone(), method)?;
-    input.walk((&loads, 0), &watch, |i, problem, estimate| {
+    let walked = input.walk((&loads, 0), &watch, |i, problem, estimate| {
         // Before anything is counted in what was found.
         let (previous, measured) = (std::mem::replace(&mut cpu, asperity_grid::sys::cpu_seconds()), growth.bytes());
         let state = state_of(card, problem, (&steps[i], case.gradient, &criterion), estimate);
@@ -76,12 +76,8 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
             "peak_rss_bytes": growth.peak_bytes(),
             "provenance": case.provenance(),
         });
-        let line = with(&state, about);
         if let Some(out) = &solve.out {
-            let name = |name: &str| match loads.len() {
-                1 => name.to_string(),
-                n => format!("{}-{name}", load_name(i, n)),
-            };
+            let name = |name: &str| name_of(i, loads.len(), name);
             for (file, field, unit) in [("gap.npy", estimate.gap, length), ("stress.npy", estimate.stress, modulus)] {
                 if let Some(field) = field {
                     npy::write_field(&out.join(name(file)), grid.nx, grid.ny, Field::F64(field), unit)?;
@@ -90,21 +86,40 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
             if let Some(map) = estimate.contact {
                 npy::write(&out.join(name("contact.npy")), grid.nx, grid.ny, map.iter().copied())?;
             }
-            json::write(&out.join(name("solve.json")), &line)?;
-        }
-        if solve.json {
-            output::json_line(&line)?;
-        } else {
-            output::print(&table(&state, &line, &units));
         }
         states.push(state);
-        lines.push(line);
+        about_states.push(about);
         watch.next();
         Ok(())
-    })?;
+    });
+    // Once all loads are known, from which the stiffness follows.
+    set_stiffness(&mut states);
+    let lines: Vec<Value> = states.iter().zip(about_states).map(|(state, about)| with(state, about)).collect();
+    show((solve, loads.len()), (&states, &lines), &units)?;
+    walked?;
     let Some(out) = &solve.out else { return Ok(()) };
     load_table::write(out, &states, &units)?;
     solve.finish(out, key, &Solved { states, lines, ..Solved::default() }, None)
+}
+
+/// Prints the loads that were estimated of `count`, and writes what describes them.
+fn show((solve, count): (&SolveArgs, usize), (states, lines): (&[State], &[Value]), units: &ResultUnits) -> Result<()> {
+    for (i, (state, line)) in states.iter().zip(lines).enumerate() {
+        if let Some(out) = &solve.out {
+            json::write(&out.join(name_of(i, count, "solve.json")), line)?;
+        }
+        if solve.json {
+            output::json_line(line)?;
+        } else {
+            output::print(&table(state, line, units));
+        }
+    }
+    Ok(())
+}
+
+/// Name of a file of load `i` of `count`.
+fn name_of(i: usize, count: usize, name: &str) -> String {
+    if count == 1 { name.to_string() } else { format!("{}-{name}", load_name(i, count)) }
 }
 
 /// A state for people; `line` also describes the problem.
@@ -131,7 +146,7 @@ fn table(s: &State, line: &Value, units: &ResultUnits) -> String {
     let memory = memory(line["peak_rss_bytes"].as_u64().unwrap_or_default());
     rows.extend([
         ("mean gap", s.mean_gap.map_or_else(|| missing(Quantity::MeanGap), sized(Dimension::Length))),
-        ("median cluster area", median.map_or_else(|| missing(Quantity::PatchPdf), area)),
+        ("median cluster area", median.map_or_else(|| missing(Quantity::ClusterPdf), area)),
         ("rms gradient on this grid", significant(of_problem("resolved_gradient"), 4)),
         ("load error", format!("{:.1e}", s.load_error)),
         ("time, peak memory", format!("{}, {memory}", duration(s.seconds))),

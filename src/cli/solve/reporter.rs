@@ -6,7 +6,7 @@ use super::fields::{FieldWriter, OfFields, file_name};
 use super::solved::{Solved, state_of_line};
 use crate::Result;
 use crate::cli::output;
-use crate::record::load_table::{self, Dimension, ResultUnits};
+use crate::record::load_table::{self, ResultUnits};
 use crate::report::number::{self, change, duration, memory, percent, significant};
 use crate::scene::{Case, rename_keys_in};
 use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
@@ -17,7 +17,7 @@ use asperity_contact::results::{HardnessMapResults, PullOff};
 use asperity_contact::state::{Peak, State, SubsurfaceResults, TrivialLoads};
 use asperity_grid::Field;
 use asperity_grid::sys::MemoryGrowth;
-use asperity_grid::units::Scales;
+use asperity_grid::units::{Dimension, Scales};
 use asperity_surface::Surface;
 use asperity_surface::files::{json, npy};
 use asperity_surface::provenance::Provenance;
@@ -135,7 +135,7 @@ impl<'a> SolveReporter<'a> {
         let previous = std::mem::replace(&mut self.cpu, asperity_grid::sys::cpu_seconds());
         let fields = self.fields.state(i, &reached.state)?;
         let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
-        let flow = || path::leakage(&self.problem, fields.gap(&reached.state), 0.0, reached.coarser_gaps);
+        let flow = || reached.leakage(&self.problem, fields.gap(&reached.state), 0.0, &self.steps[i]);
         let state = State {
             contact_nodes_compressive: fields.compressive,
             leakage: self.solve.leakage.then(flow).flatten(),

@@ -7,7 +7,9 @@ use crate::record::methods::MethodResults;
 use crate::record::results::Results;
 use asperity_contact::load::Branch;
 use asperity_contact::results::ContinuumResults;
+use asperity_contact::scalars::{SCALARS, Scalar};
 use asperity_contact::state::State;
+use asperity_grid::units::Dimension;
 
 /// The numbers of all loads of a run, by source. Lengths and stresses of the laboratory in µm and MPa, of the atoms in Å.
 pub(super) fn numbers(results: &Results) -> Vec<Observation> {
@@ -47,50 +49,43 @@ fn add(
 /// Micrometres of a metre, and megapascals of a pascal.
 const UNITS: [f64; 2] = [1e6, 1e-6];
 
-fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, loads: GivenLoads) {
+/// The numbers of the contact at a state, with their units.
+fn physical(s: &State) -> Vec<(&'static str, &'static str, Option<f64>)> {
     let [um, mpa] = UNITS;
+    let scalars = SCALARS.iter().filter(|scalar| scalar.is_physical);
+    let value = |scalar: &Scalar| {
+        let (unit, factor) = match scalar.dimension {
+            Dimension::Length => ("um", um),
+            Dimension::Area => ("um2", um * um),
+            Dimension::Stress => ("MPa", mpa),
+            Dimension::Work => ("J/m2", 1.0),
+            Dimension::Stiffness => ("MPa/um", mpa / um),
+            _ => ("1", 1.0),
+        };
+        (scalar.key, unit, (scalar.of)(s).map(|v| v * factor))
+    };
+    scalars.map(value).collect()
+}
+
+fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, loads: GivenLoads) {
     let load_of = |s: &State| (s.index, s.branch, EnsembleLoad::of(loads, s.p_star));
     for s in &c.states {
         let (index, branch, load) = load_of(s);
-        let observed = s.observed.as_ref();
-        let values = [
-            ("contact_area", "1", Some(s.contact_area)),
-            ("pressure", "MPa", Some(s.pressure * mpa)),
-            ("mean_gap", "um", s.mean_gap.map(|g| g * um)),
-            ("stiffness", "MPa/um", s.stiffness.map(|k| k * mpa / um)),
-            ("energy", "J/m2", s.energy),
-            ("clusters", "1", s.patches.map(|n| n as f64)),
-            ("mean_contact_pressure", "MPa", observed.and_then(|o| Some(o.mean_contact_pressure? * mpa))),
-            ("median_cluster_area", "um2", observed.and_then(|o| Some(o.median_cluster_area? * um * um))),
-            ("contact_nodes_compressive", "1", s.contact_nodes_compressive),
-            ("hydraulic_gap_effective_medium", "um", observed.and_then(|o| Some(o.hydraulic_gap? * um))),
-            ("displacement", "um", s.displacement.map(|d| d * um)),
-            ("hydraulic_gap_x", "um", s.leakage.map(|flow| flow.hydraulic_gaps()[0] * um)),
-            ("hydraulic_gap_y", "um", s.leakage.map(|flow| flow.hydraulic_gaps()[1] * um)),
-            ("flowing_fraction", "1", s.plasticity.map(|p| p.flowing)),
-            ("plastic_work", "J/m2", s.plasticity.map(|p| p.work)),
-            ("von_mises", "MPa", s.subsurface.as_ref().map(|below| below.von_mises.value * mpa)),
-            ("shear", "MPa", s.subsurface.as_ref().map(|below| below.shear.value * mpa)),
-        ];
-        add(list, (source, index, branch, load), &values);
+        add(list, (source, index, branch, load), &physical(s));
     }
     if let (Some(p), Some(last)) = (&c.pull_off, c.states.last()) {
         let (index, _, load) = load_of(last);
-        add(list, (source, index, Branch::Unloading, load), &[("pull_off_pressure", "MPa", Some(p.pressure * mpa))]);
+        add(
+            list,
+            (source, index, Branch::Unloading, load),
+            &[("pull_off_pressure", "MPa", Some(p.pressure * UNITS[1]))],
+        );
     }
 }
 
 fn method(list: &mut Vec<Observation>, m: &MethodResults, loads: GivenLoads) {
-    let [um, mpa] = UNITS;
     for s in &m.states {
-        let values = [
-            ("contact_area", "1", Some(s.contact_area)),
-            ("mean_gap", "um", s.mean_gap.map(|g| g * um)),
-            ("stiffness", "MPa/um", s.stiffness.map(|k| k * mpa / um)),
-            ("clusters", "1", s.patches.map(|n| n as f64)),
-            ("median_cluster_area", "um2", s.observed.as_ref().and_then(|o| Some(o.median_cluster_area? * um * um))),
-        ];
-        add(list, (&m.method, s.index, Branch::Loading, EnsembleLoad::of(loads, s.p_star)), &values);
+        add(list, (&m.method, s.index, Branch::Loading, EnsembleLoad::of(loads, s.p_star)), &physical(s));
     }
 }
 
@@ -101,7 +96,7 @@ fn comparison(list: &mut Vec<Observation>, c: &ComparisonResults, loads: GivenLo
         let values = [
             ("contact_area", "1", Some(l.atoms.contact_area)),
             ("mean_gap", "angstrom", Some(l.atoms_mean_gap_angstrom)),
-            ("clusters", "1", Some(l.atoms_patches as f64)),
+            ("clusters", "1", Some(l.atoms_clusters as f64)),
         ];
         add(list, ("atoms", index, Branch::Loading, load), &values);
         for m in &l.continuum {

@@ -82,8 +82,13 @@ impl Sweep {
     pub fn read(file: &Path, changes: &ChangeScene) -> Result<Sweep> {
         let text = read_text(file)?;
         let accepted = "scene = \"FILE\" and [over] with lists or ranges of scene keys (docs/ensembles.md)";
-        let sweep_file: SweepFile = toml::from_str(&text)
-            .map_err(|e| Error::format(file, e.message().lines().next().unwrap_or_default().to_string(), accepted))?;
+        let sweep_file: SweepFile = toml::from_str(&text).map_err(|e| {
+            let found = match toml::from_str::<toml::Table>(&text) {
+                Ok(table) if table.contains_key("load") => "a scene, which `asperity run` runs".to_string(),
+                _ => e.message().lines().next().unwrap_or_default().to_string(),
+            };
+            Error::format(file, found, accepted)
+        })?;
         let mut axes = Vec::new();
         flatten(&mut axes, String::new(), &sweep_file.over)
             .map_err(|c| Error::Input { place: file.display().to_string(), list: vec![c] })?;

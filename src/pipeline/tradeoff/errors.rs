@@ -168,15 +168,15 @@ fn of_load(
         Quantity::ContactMap => maps.contact,
         Quantity::GapPdf => distance(|o| o.gap_logarithmic.as_ref(), Some(0.0), rough.gap(reference.mean_gap?)),
         Quantity::StressPdf => distance(|o| o.stress.as_ref(), None, rough.stress),
-        Quantity::PatchArea => {
+        Quantity::ClusterArea => {
             let (a, b) = seen()?;
-            wasserstein(&Masses::of_patches(&a.patch_area), &Masses::of_patches(&b.patch_area))
+            wasserstein(&Masses::of_clusters(&a.cluster_area), &Masses::of_clusters(&b.cluster_area))
         }
         Quantity::MedianClusterArea => {
             let (a, b) = seen()?;
             decades(a.median_cluster_area?, b.median_cluster_area?)
         }
-        Quantity::StressMap | Quantity::PatchPdf => None,
+        Quantity::StressMap | Quantity::ClusterPdf => None,
     };
     let finite = |m: Quantity| error_of(m).filter(|e| e.is_finite()).map(|e| (m, e));
     Quantity::COMPARED.into_iter().filter_map(finite).collect()

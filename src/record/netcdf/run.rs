@@ -191,22 +191,32 @@ fn distributions(states: &[State]) -> Vec<Variable> {
         );
     }
     table(
-        "patch_bin",
+        "cluster_bin",
         &[
-            ("patch_area", "m2", "area of a cluster", rows(&|o| o.patch_density.iter().map(|p| p[0]).collect())),
-            ("patch_density", "m-2", "probability density", rows(&|o| o.patch_density.iter().map(|p| p[1]).collect())),
-            ("patch_count", "1", "clusters in the bin", rows(&|o| o.patch_density.iter().map(|p| p[2]).collect())),
+            ("cluster_area", "m2", "area of a cluster", rows(&|o| o.cluster_density.iter().map(|p| p[0]).collect())),
+            (
+                "cluster_density",
+                "m-2",
+                "probability density",
+                rows(&|o| o.cluster_density.iter().map(|p| p[1]).collect()),
+            ),
+            ("cluster_count", "1", "clusters in the bin", rows(&|o| o.cluster_density.iter().map(|p| p[2]).collect())),
         ],
     );
     table(
-        "patch_rank",
+        "cluster_rank",
         &[
-            ("patch_area_ranked", "m2", "area of a cluster", rows(&|o| o.patch_area.iter().map(|p| p[0]).collect())),
             (
-                "patch_cumulative_fraction",
+                "cluster_area_ranked",
+                "m2",
+                "area of a cluster",
+                rows(&|o| o.cluster_area.iter().map(|p| p[0]).collect()),
+            ),
+            (
+                "cluster_cumulative_fraction",
                 "1",
                 "fraction of the contact in clusters up to this area",
-                rows(&|o| o.patch_area.iter().map(|p| p[1]).collect()),
+                rows(&|o| o.cluster_area.iter().map(|p| p[1]).collect()),
             ),
         ],
     );

@@ -9,9 +9,9 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
     Ok(html! {
         p { "The same dimensionless problem on a cell of " (trimmed(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
             (atoms.cells) " × " (atoms.cells) " × " (atoms.depth_cells) " lattice cells (lattice constant "
-            (trimmed(atoms.a0_angstrom, 5)) " Å), " (count(atoms.deformable)) " atoms that move on " (count(atoms.fixed))
+            (trimmed(atoms.a0_angstrom, 5)) " Å), " (count(atoms.deformable)) " deformable atoms on " (count(atoms.fixed))
             @if atoms.elastic_base {
-                " with the forces of the crystal missing below them, " (atoms.foundation_cells) " lattice constants down to a rigid plane"
+                " that move with the forces of the crystal missing below them, " (atoms.foundation_cells) " lattice constants down to a rigid plane"
             } @else if atoms.foundation_cells > 0 {
                 " that an elastic foundation of " (atoms.foundation_cells) " lattice constants moves"
             } @else { " that do not" }
@@ -78,8 +78,8 @@ fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Mark
     Ok(Some(figure(
         html! { (load) (contacts) },
         html! { @if atoms.from_continuum {
-            "Every loading state starts from the relaxed state of the previous load, displaced by the difference between the continuum "
-            "solutions; the load acts on the indenter while the block is relaxed"
+            "The load acts on the indenter while the block is relaxed. LAMMPS alone starts each load from the state of the previous one, displaced by "
+            "the difference between the continuum solutions; the harmonic relaxation starts from that state itself"
             @if let Some(t) = turn { ". " (t + 1) " points are on loading, the others on unloading" }
         } @else {
             "The indenter comes down in " (turn.map_or(steps.len(), |t| t + 1)) " steps"

@@ -253,9 +253,10 @@ fn matches(load: &LoadComparison) -> Markup {
         }))
         p.quiet { "In brackets: the same for the misaligned map. Precision: fraction of the continuum’s contact that is also contact of the "
             "atoms; recall: fraction of the atoms’ contact that is also contact of the continuum." }
-        p { "Clusters, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.compliant_wall_patches))
-            " with the compliant wall. Outside both contacts the gaps of these two differ by "
-            (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
+        p { "Clusters, corners connecting: " (count(load.atoms_clusters)) " in the atoms, " (count(load.compliant_wall_clusters))
+            " with the compliant wall. "
+            @if let Some(rms) = load.gap_rms_difference_angstrom {
+                "Outside both contacts the gaps of these two differ by " (angstrom(rms)) " (rms). " }
             @if load.registration == [0, 0] { "Registration: the maps are aligned." }
             @else { "Registration: the maps agree best with the atoms shifted by (" (sx) ", " (sy)
                 ") nodes; the pictures are not shifted." } }

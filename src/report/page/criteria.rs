@@ -43,7 +43,7 @@ pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<
     let plot =
         Plot { proportion: 0.36, ..Plot::new(linear(""), linear("defect atoms"), vec![curve]).against(writer.loads) };
     let caption = html! { "Defect atoms: centro-symmetry parameter above "
-    (p.threshold) " a0², of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every load step." };
+    (p.threshold) " a0², of the " (count(p.atoms)) " between the uppermost " (p.masked_layers) " layers and the lowest, at every load step." };
     Ok(html! {
         h3 { "Onset of plasticity" }
         p {

@@ -30,11 +30,11 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults, is_challenge:
         let shown = LOOKS.into_iter().zip(spread(all.len(), LOOKS.len()));
         shown.map(|(look, i)| Curve::new(writer.loads.label(all[i].0.p_star), look, points(all[i].1))).collect()
     };
-    let mut sizes = curves(&|o| interrupted(&o.patch_density).iter().map(|[a, d, _]| (a * um2, d / um2)).collect());
+    let mut sizes = curves(&|o| interrupted(&o.cluster_density).iter().map(|[a, d, _]| (a * um2, d / um2)).collect());
     for (curve, i) in sizes.iter_mut().zip(spread(all.len(), LOOKS.len())) {
         // Counting errors: d/√n of n clusters. That of a single one is the value: its bar would reach the axis.
         let error = |[_, d, n]: &[f64; 3]| if *n > 1.0 { d / um2 / n.sqrt() } else { f64::NAN };
-        curve.errors = interrupted(&all[i].1.patch_density).iter().map(error).collect();
+        curve.errors = interrupted(&all[i].1.cluster_density).iter().map(error).collect();
     }
     sizes.extend(slope(&sizes).filter(|_| is_challenge));
     let stress = (format!("stress ({prefix}Pa), compression positive"), format!("probability density (1/{prefix}Pa)"));
@@ -65,7 +65,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults, is_challenge:
             Plot::new(
                 log("area of a cluster (µm²)"),
                 linear("cumulative fraction of the contact"),
-                curves(&|o| cumulative(&o.patch_area, um2)),
+                curves(&|o| cumulative(&o.cluster_area, um2)),
             ),
         ),
     ];

@@ -54,7 +54,7 @@ pub(super) fn states(c: &ContinuumResults, loads: GivenLoads, gap: &dyn Fn(f64) 
             }),
             "contact nodes" => or_dash(s.contact_nodes.map(|n| known(s, percent(n)))),
             "mean gap" => or_dash(s.mean_gap.map(|g| known(s, gap(g)))),
-            "clusters" => or_dash(s.patches.map(|n| known(s, count(n)))),
+            "clusters" => or_dash(s.clusters.map(|n| known(s, count(n)))),
             "solver" => stop(s),
             "load error" => known(s, significant(s.load_error, 2)),
             "residual" => or_dash(s.residual.map(|r| known(s, significant(r, 2)))),

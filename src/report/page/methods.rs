@@ -173,7 +173,7 @@ impl Page<'_> {
                 html! { (with(Quantity::ContactArea, &|s| Some(s.contact_area), &percent)) (presses.unwrap_or_default()) },
                 with(Quantity::MeanGap, &|s| s.mean_gap, &micron),
                 with(Quantity::Stiffness, &|s| s.stiffness, &reduced),
-                with(Quantity::PatchPdf, &median, &area),
+                with(Quantity::ClusterPdf, &median, &area),
                 duration(m.cpu_seconds),
             ]);
             }

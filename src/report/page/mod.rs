@@ -127,10 +127,16 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
         let has_depth = |s: &State| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
+        let walls = [
+            ("Uncertainty budget of the hard wall", &comparison.hard_wall),
+            ("Uncertainty budget of the compliant wall", &comparison.compliant_wall),
+        ];
         let body = html! {
             (compare::section(writer, atoms, comparison)?)
             @if let Some(sentence) = depth_sentence(results) { p.found { (capitalised(&sentence)) "." } }
-            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall, results.loads)) }
+            @for (title, wall) in walls.iter().filter(|(_, wall)| wall.states.iter().any(has_depth)) {
+                (uncertainty::budgets(title, wall, results.loads))
+            }
         };
         add("comparison", "Continuum against atoms", body);
     }

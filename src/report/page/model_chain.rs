@@ -50,7 +50,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
             "contact" => percent(v.contact_area),
             "mean gap" => with_unit(v.mean_gap_angstrom, 4, "Å"),
             "contact stress" => or_dash(v.contact_stress_gpa.map(|s| with_unit(s, 3, "GPa"))),
-            "clusters" => count(v.patches),
+            "clusters" => count(v.clusters),
             "median cluster area" => or_dash(v.median_cluster_area_nm2.map(|a| with_unit(a, 3, "nm²"))),
         }))
         p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area." }
@@ -68,7 +68,7 @@ fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Resu
     let gaps = curves(&|v| v.gap.density(), "");
     // The offset wall has the stresses of the hard wall.
     let stresses = curves(&|v| v.stress.density(), "offset_wall");
-    let clusters = curves(&|v| cumulative(&v.patch_area, 1.0), "");
+    let clusters = curves(&|v| cumulative(&v.cluster_area, 1.0), "");
     let clusters = Plot::new(log("area of a cluster (nm²)"), linear("fraction of the contact"), clusters);
     let name = |start: &str| format!("model-chain-{start}-{number}");
     let figures = writer.small([

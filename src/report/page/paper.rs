@@ -48,11 +48,11 @@ pub(super) const FIGURES: [PaperFigure; 9] = [
             Ok(if most < NOISE * s.pressure.abs() / w.scales.modulus_pa { Vec::new() } else { points })
         }) },
     PaperFigure { number: 6, name: "cluster-sizes", caption: "Pr(a), density of clusters of an area",
-        needs: Quantity::PatchPdf, x: AREA, y: (log, "density of clusters Pr(a) (1/µm²)"),
-        data: Data::State(|_, s| Ok(seen(s, |o| o.patch_density.iter().map(|[a, d, _]| (a * UM2, d / UM2)).collect()))) },
+        needs: Quantity::ClusterPdf, x: AREA, y: (log, "density of clusters Pr(a) (1/µm²)"),
+        data: Data::State(|_, s| Ok(seen(s, |o| o.cluster_density.iter().map(|[a, d, _]| (a * UM2, d / UM2)).collect()))) },
     PaperFigure { number: 7, name: "cluster-area", caption: "CPr(a), fraction of the contact in clusters up to an area",
-        needs: Quantity::PatchPdf, x: AREA, y: (linear, "fraction of the contact CPr(a)"),
-        data: Data::State(|_, s| Ok(seen(s, |o| cumulative(&o.patch_area, UM2)))) },
+        needs: Quantity::ClusterPdf, x: AREA, y: (linear, "fraction of the contact CPr(a)"),
+        data: Data::State(|_, s| Ok(seen(s, |o| cumulative(&o.cluster_area, UM2)))) },
     PaperFigure { number: 8, name: "gaps", caption: "Pr(u), distribution of the gap out of contact",
         needs: Quantity::GapPdf, x: (log, "gap (µm)"), y: (log, "probability density Pr(u) (1/µm)"),
         data: Data::State(|_, s| Ok(seen(s, |o| density(o.gap_logarithmic.as_ref(), UM)))) },
@@ -76,9 +76,9 @@ fn seen(s: &State, of: impl Fn(&Observed) -> Vec<(f64, f64)>) -> Vec<(f64, f64)>
 }
 
 /// The share of the contact in clusters up to an area, which is counted in `unit`: a step at the area of each cluster.
-pub(super) fn cumulative(patch_area: &[[f64; 2]], unit: f64) -> Vec<(f64, f64)> {
-    let below = std::iter::once(0.0).chain(patch_area.iter().map(|[_, share]| *share));
-    patch_area.iter().zip(below).flat_map(|(&[a, share], below)| [(a * unit, below), (a * unit, share)]).collect()
+pub(super) fn cumulative(cluster_area: &[[f64; 2]], unit: f64) -> Vec<(f64, f64)> {
+    let below = std::iter::once(0.0).chain(cluster_area.iter().map(|[_, share]| *share));
+    cluster_area.iter().zip(below).flat_map(|(&[a, share], below)| [(a * unit, below), (a * unit, share)]).collect()
 }
 
 /// The density of a distribution in multiples of `unit`.

@@ -52,7 +52,7 @@ fn subject(results: &Results) -> Option<String> {
             "Atoms: {}, a block of {}, {} moving atoms. Continuum: the same heights, loads and depth, E* = {}.",
             atoms.potential,
             si_given(atoms.length_angstrom * ANGSTROM_M, "m"),
-            count(atoms.deformable),
+            count(atoms.moving()),
             si_given(atoms.modulus_gpa * 1e9, "Pa")
         ));
     }

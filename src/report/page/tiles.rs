@@ -63,7 +63,7 @@ fn tiles(results: &Results) -> Vec<Markup> {
     } else if let Some((atoms, state)) = results.atoms.as_ref().and_then(|a| Some((a, a.states.last()?))) {
         tiles.truncate(3);
         let name = format!("atoms in contact at {}", results.loads.label(state.p_star));
-        let note = format!("of the surface layer of {} moving atoms", count(atoms.deformable));
+        let note = format!("of the surface layer of {} moving atoms", count(atoms.moving()));
         tiles.push(tile(name, bare(percent(state.contact_area)), Some(state.contact_area), note));
     }
     tiles

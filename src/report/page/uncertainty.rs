@@ -18,7 +18,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
                 (significant(r.resolution_requested, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
         @if c.states.iter().any(|s| s.discretisation.is_some()) { h3 { "Error by the grid" } (errors(c, writer.loads)) }
-        (budgets(c, writer.loads))
+        (budgets("Uncertainty budget", c, writer.loads))
         (pull_off(writer, c)?)
     })
 }
@@ -64,8 +64,8 @@ fn errors(c: &ContinuumResults, loads: GivenLoads) -> Markup {
 const COLOURS: [&str; 6] = ["#0072b2", "#56b4e9", "#cc79a7", "#009e73", "#e69f00", "#d55e00"];
 
 /// Uncertainty budget of area and mean gap: a bar chart for the load nearest to the reference, and a table of all
-/// loads.
-pub(super) fn budgets(c: &ContinuumResults, loads: GivenLoads) -> Markup {
+/// loads. `title`: the heading.
+pub(super) fn budgets(title: &str, c: &ContinuumResults, loads: GivenLoads) -> Markup {
     let near = |s: &&State| (s.p_star / REFERENCE_LOAD).ln().abs();
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
@@ -89,7 +89,7 @@ pub(super) fn budgets(c: &ContinuumResults, loads: GivenLoads) -> Markup {
     let head: Vec<&str> = [loads.head(), "of"].into_iter().chain(sources().map(UncertaintySource::name)).collect();
     let longest = quantities.map(|q| parts(shown, q).iter().map(|p| p.1).sum()).into_iter().fold(0.0, f64::max);
     html! {
-        h3 { "Uncertainty budget" }
+        h3 { (title) }
         p.key { @for source in sources() { span { i style={ "background:" (colour(source)) } {} (source.name()) } } }
         @for quantity in quantities { (bar(shown, quantity, longest)) }
         details {

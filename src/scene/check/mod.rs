@@ -82,7 +82,11 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let complaint = |key: &str, path: &Path, accepted: &str| {
         let found = super::model::relative_to(file, path);
         if found == path && !found.is_file() {
-            let reason = if found.is_dir() { "a folder" } else { "no such file" };
+            let reason = match std::fs::metadata(&found) {
+                Ok(m) if m.is_dir() => "a folder",
+                Ok(_) => "no regular file",
+                Err(_) => "no such file",
+            };
             return Some(Complaint::new(key, format!("{} ({reason})", path.display()), accepted));
         }
         let reason = match std::fs::metadata(&found) {

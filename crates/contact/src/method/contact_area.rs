@@ -11,6 +11,10 @@ use std::f64::consts::PI;
 /// surfaces 1.5 % of the edges are beyond 3.
 const STEP: f64 = 4.0;
 
+/// Contact nodes per boundary edge below which no edge counts as a step, as far as the uncertainty is concerned: a strip of one node has 0.5 and a
+/// square of eight by eight nodes 2. Behind so narrow contacts a smooth slope looks like a step.
+const WIDE: usize = 2;
+
 /// Wave number over that of the shortest wave of a grid (wavelength of two nodes) from which on waves count as missing. Fitted to solved
 /// contacts with penalty walls and layers.
 const FIRST_MISSING_WAVE: f64 = 0.8;
@@ -55,6 +59,8 @@ impl ReducedProblem<'_> {
             contact_area_on_ranks(ranks, self.grid, gap, ContactEdges { threshold, periodic, ..ContactEdges::COUNTED });
         let edges = ContactEdges { flows, ..self.edges(threshold, pressure / counted.contact_nodes) };
         let area = contact_area_on_ranks(ranks, self.grid, gap, edges);
+        let known = if counted.count < WIDE * counted.free_edges { counted } else { area };
+        let area = ContactArea { free_edges: known.free_edges, straight_edges: known.straight_edges, ..area };
         // Nothing carries more than the hardness.
         let smallest = self.hardness.filter(|h| h.map().is_none()).map_or(0.0, |h| pressure / h.mean());
         ContactArea { contact_area: area.contact_area.clamp(smallest.min(area.contact_nodes), 1.0), ..area }

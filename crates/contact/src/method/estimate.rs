@@ -23,7 +23,7 @@ pub struct MethodEstimate<'a> {
     /// Interfacial stress, compression positive.
     pub stress: Option<&'a [f64]>,
     /// Areas of the contact patches, in any order. None if they are to be counted on the contact map.
-    pub patches: Option<Vec<f64>>,
+    pub clusters: Option<Vec<f64>>,
     /// None if the distribution is to be computed from the field.
     pub gap_distribution: Option<Distribution>,
     pub stress_distribution: Option<StressDistribution>,
@@ -52,7 +52,7 @@ impl MethodEstimate<'_> {
             contact: None,
             gap: None,
             stress: None,
-            patches: None,
+            clusters: None,
             gap_distribution: None,
             stress_distribution: None,
             load_error: 0.0,

@@ -329,11 +329,11 @@ impl<'a> ReducedProblem<'a> {
 
     /// Lowest pressure (E*) above zero that presses a hard wall without adhesion with more stress than the rounding of
     /// the heights is worth. Below, a single node carries the load; zero if there is no such limit.
-    pub fn least_pressure(&self) -> f64 {
+    pub fn least_pressure(&self, rms_height: f64) -> f64 {
         if self.adhesion != AttractionLaw::None || self.wall != Wall::Hard {
             return 0.0;
         }
-        self.rounding(Precision::F64, self.heights.rms()) / MOST_ROUNDING
+        self.rounding(Precision::F64, rms_height) / MOST_ROUNDING
     }
 }
 

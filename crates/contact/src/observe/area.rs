@@ -20,6 +20,8 @@ pub struct ContactArea {
     pub count: usize,
     /// Number of boundary edges that are not steps of the surface.
     pub free_edges: usize,
+    /// Number of these that go on in a straight line.
+    pub straight_edges: usize,
 }
 
 /// What is known of the edges of a contact, from which its area is found.
@@ -67,7 +69,7 @@ pub fn contact_area(grid: Grid, gap: Field, edges: ContactEdges) -> ContactArea 
 
 /// As [`contact_area`], of a gap of which every rank has its rows. Collective: all ranks have the result.
 pub fn contact_area_on_ranks(ranks: &Ranks, grid: Grid, gap: Field, edges: ContactEdges) -> ContactArea {
-    let [nodes, along_x, along_y, halves, free] = match gap {
+    let [nodes, along_x, along_y, halves, free, straight] = match gap {
         Field::F32(gap) => counted(ranks, grid, gap, edges),
         Field::F64(gap) => counted(ranks, grid, gap, edges),
     };
@@ -75,12 +77,13 @@ pub fn contact_area_on_ranks(ranks: &Ranks, grid: Grid, gap: Field, edges: Conta
     let perimeter = (along_x * grid.dy() + along_y * grid.dx()) / (grid.lx * grid.ly);
     // A node has at most four edges and eight times the excess is below one: never negative.
     let contact_area = (nodes - 0.5 * edges.excess * halves) / points;
-    let (count, free_edges) = (nodes as usize, free as usize);
-    ContactArea { contact_area, contact_nodes: nodes / points, perimeter, count, free_edges }
+    let [count, free_edges, straight_edges] = [nodes, free, straight].map(|n| n as usize);
+    ContactArea { contact_area, contact_nodes: nodes / points, perimeter, count, free_edges, straight_edges }
 }
 
-/// Contact nodes, boundary edges crossed along x and along y, halves of an excess, and edges that are no steps.
-fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: ContactEdges) -> [f64; 5] {
+/// Contact nodes, boundary edges crossed along x and along y, halves of an excess, edges that are no steps, and those of them that go on in a
+/// straight line.
+fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: ContactEdges) -> [f64; 6] {
     let (nx, rows) = (grid.nx, gap.len() / grid.nx);
     let next = &first_row_of_next(ranks, &gap[..nx]);
     let touches = |g: T| g.wide() <= edges.threshold;
@@ -96,7 +99,12 @@ fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: ContactEdges) -
             _ => [0; 3],
         }
     };
-    let add = |sum: [usize; 3], more: [usize; 3]| std::array::from_fn(|k| sum[k] + more[k]);
+    // Whether there is an edge of the same kind between two nodes.
+    let goes_on = |inner: [T; 2], like: [T; 2]| {
+        let open = if touches(inner[0]) { inner[1] } else { inner[0] };
+        inner.map(touches) == like.map(touches) && open.wide() < edges.step
+    };
+    let add = |sum: [usize; 4], more: [usize; 4]| std::array::from_fn(|k| sum[k] + more[k]);
     let own = sum_rows(rows, |y| {
         let node_index = |y: usize, x: usize| y % rows * nx + x % nx;
         let row = &gap[y * nx..][..nx];
@@ -108,14 +116,29 @@ fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: ContactEdges) -
             false => [k.saturating_sub(1), k, k + 1, (k + 2).min(count - 1)],
         };
         let columns = if edges.periodic { nx } else { nx - 1 };
-        let along = (0..columns)
-            .map(|x| edge([row[x], row[(x + 1) % nx]], behind(x, nx).map(|x| node_index(y, x))))
-            .fold([0; 3], add);
         let ends = !edges.periodic && y + 1 == rows && ranks.own() + 1 == ranks.count();
+        // An edge, and whether it goes on to the next one of its line.
+        let with_next = |[all, halves, free]: [usize; 3], inner: [T; 2], next: Option<[T; 2]>| {
+            let straight = free > 0 && next.is_some_and(|next| goes_on(next, inner));
+            [all, halves, free, usize::from(straight)]
+        };
+        let along = (0..columns)
+            .map(|x| {
+                let (inner, next) = ([row[x], row[(x + 1) % nx]], [below[x], below[(x + 1) % nx]]);
+                let own = edge(inner, behind(x, nx).map(|x| node_index(y, x)));
+                with_next(own, inner, (!ends).then_some(next))
+            })
+            .fold([0; 4], add);
         let across = (0..if ends { 0 } else { nx })
-            .map(|x| edge([row[x], below[x]], behind(y, rows).map(|y| node_index(y, x))))
-            .fold([0; 3], add);
-        [nodes, along[0], across[0], along[1] + across[1], along[2] + across[2]].map(|n| n as f64)
+            .map(|x| {
+                let inner = [row[x], below[x]];
+                let own = edge(inner, behind(y, rows).map(|y| node_index(y, x)));
+                let (next, is_last) = ((x + 1) % nx, x + 1 == nx && !edges.periodic);
+                with_next(own, inner, (!is_last).then_some([row[next], below[next]]))
+            })
+            .fold([0; 4], add);
+        let [_, halves, free, straight] = add(along, across);
+        [nodes, along[0], across[0], halves, free, straight].map(|n| n as f64)
     });
     sums_of_ranks(ranks, ranks.count(), &[own])
 }
@@ -159,6 +182,24 @@ mod tests {
         assert!((area.perimeter - (2.0 * 3.0 * 0.05 + 2.0 * 4.0 * 0.1) / 0.4).abs() < 1e-12);
         // Twelve of 80 nodes, minus 0.1181142 for each of 14 edges.
         assert!((area.contact_area - (12.0 - 14.0 * 0.118_114_159_756_239) / 80.0).abs() < 1e-12);
+    }
+
+    /// Of a strip across the cell every edge goes on, of a block of three by two nodes all but one of each side, of single nodes none.
+    #[test]
+    fn straight_edges_are_counted() {
+        let grid = Grid::unit(8, 8);
+        let strip = |x: usize, _: usize| (2..4).contains(&x);
+        let block = |x: usize, y: usize| (2..5).contains(&x) && (3..5).contains(&y);
+        let dots = |x: usize, y: usize| [0, 3].contains(&x) && [0, 3].contains(&y);
+        let shapes: [&dyn Fn(usize, usize) -> bool; 3] = [&strip, &block, &dots];
+        for (touches, expected) in shapes.into_iter().zip([[16, 16], [10, 6], [16, 0]]) {
+            for turned in [false, true] {
+                let open = |i: usize| if turned { !touches(i / 8, i % 8) } else { !touches(i % 8, i / 8) };
+                let gap: Vec<f64> = (0..64).map(|i| f64::from(u8::from(open(i)))).collect();
+                let area = contact_area(grid, Field::F64(&gap), ContactEdges::ELASTIC);
+                assert_eq!([area.free_edges, area.straight_edges], expected, "{turned}");
+            }
+        }
     }
 
     /// The published correction factor per boundary edge. Nodes marked by their centres inside a given outline have no

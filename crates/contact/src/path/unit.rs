@@ -78,7 +78,7 @@ impl LoadPathSolver<'_> {
     /// # Errors
     /// `Input` for a pressure above zero that rounding of the heights exceeds.
     fn check_rounding(&self) -> Result<()> {
-        let smallest = self.problem.least_pressure();
+        let smallest = self.problem.least_pressure(self.problem.heights.rms());
         let below = |load: &&Load| matches!(load, Load::Pressure(p) if *p > 0.0 && *p < smallest);
         let Some(Load::Pressure(pressure)) = self.loads.iter().find(below) else { return Ok(()) };
         let accepted = match smallest.is_finite() {

@@ -6,7 +6,7 @@ use crate::interface::{
     Wall, rounded,
 };
 use crate::load::{Load, LoadStep};
-use crate::method::{Heights, Precision, ReducedProblem, Settings, is_representable};
+use crate::method::{Heights, MethodKind, Precision, ReducedProblem, Settings, is_representable};
 use crate::path::estimated_p_star;
 use asperity_grid::error::Complaint;
 use asperity_grid::{Error, Grid, Result, mean, sys};
@@ -122,6 +122,7 @@ impl Problem {
         let steps = self.steps(loads, gradient, touch);
         self.refuse_closed(&model, loads, gradient, names).map_err(refuse)?;
         self.refuse_unrepresentable(&model, loads, &steps, names).map_err(refuse)?;
+        self.refuse_hidden(&model, loads, &steps, names).map_err(refuse)?;
         Ok(Reduction { model, steps, gradient })
     }
 
@@ -201,7 +202,9 @@ impl Problem {
             LoadKind::PStar => path,
             _ => targets.iter().filter_map(of_pressure).collect(),
         };
-        LoadStep::path(&targets, &p_star, loads.loading_count())
+        let is_of_every_grid = !matches!(loads.kind, LoadKind::Contact | LoadKind::Displacement);
+        let steps = LoadStep::path(&targets, &p_star, loads.loading_count()).into_iter();
+        steps.map(|step| LoadStep { is_of_every_grid, ..step }).collect()
     }
 
     /// Behind a hard wall every pressure from that of full contact on has the mean gap zero, so that it determines no load.
@@ -222,6 +225,29 @@ impl Problem {
             accepted += &format!("; full contact from {} = {} on", names.name(Field::PStar), full / gradient);
         }
         Err(names.complaint(Field::MeanGap, Some(i), 0.0, accepted))
+    }
+
+    /// Pressures that rounding of the heights exceeds, for methods that solve for the fields.
+    fn refuse_hidden(
+        &self,
+        model: &ReducedModel,
+        loads: &Loads,
+        steps: &[LoadStep],
+        names: &dyn Names,
+    ) -> std::result::Result<(), Complaint> {
+        let is_map_beyond_memory = matches!(self.surface.source(), HeightSource::Imported { grid, .. } if !fits(*grid));
+        if self.method.card().kind != MethodKind::Solver || is_map_beyond_memory {
+            return Ok(());
+        }
+        let rms = self.surface.rms_height() / self.surface.length();
+        let least = model.problem(Heights::Planned(None)).least_pressure(rms);
+        let hidden = |step: &LoadStep| matches!(step.target, Load::Pressure(p) if p > 0.0 && p < least);
+        let Some(i) = steps.iter().position(hidden).filter(|_| least.is_finite()) else { return Ok(()) };
+        let accepted = format!(
+            "at least {least:.1e} times {}, as a pressure: rounding of the heights hides smaller stresses; check the units of load and modulus",
+            names.name(Field::Modulus)
+        );
+        Err(names.complaint(loads.kind.field(), Some(i), loads.path()[i], accepted))
     }
 
     /// Values that over- or underflow in reduced units, and units whose products do.

@@ -187,17 +187,27 @@ impl Problem {
     /// # Errors
     /// As [`Problem::solve`].
     pub fn estimate(&self, mean_pressure: f64) -> Result<State> {
+        self.watched_estimate(mean_pressure, &|_: Progress| ControlFlow::Continue(()))
+    }
+
+    /// As [`Problem::estimate`], with a monitor.
+    ///
+    /// # Errors
+    /// As [`Problem::visit_load_path`].
+    pub fn watched_estimate(&self, mean_pressure: f64, monitor: &dyn Monitor) -> Result<State> {
+        let loads = Loads::new(LoadKind::Pressure, [mean_pressure]);
         if self.method.card().kind == MethodKind::Solver {
-            return self.solve(mean_pressure);
+            return self.watched_load_path(&loads, false, monitor).map(|mut path| path.states.remove(0));
         }
-        let Reduction { model, steps, gradient } = reduced(self, &Loads::new(LoadKind::Pressure, [mean_pressure]))?;
+        let Reduction { model, steps, gradient } = reduced(self, &loads)?;
+        let monitored = Monitored { monitor, separated: Mutex::default() };
         let heights = LentHeights::of(self.surface.source(), self.surface.grid(), &ALONE);
         let input = EstimatorInput::new(model.problem(heights.get()), self.method);
         let input = input.map_err(|error| in_own_units(error, self))?;
         let (card, adhesive) = (self.method.card(), model.adhesion != AttractionLaw::None);
         let criterion = self.method.criterion(&self.settings).to_string();
         let mut completed = None;
-        let walked = input.walk((&targets(&steps), 0), &NoObserver, |i, problem, estimate| {
+        let walked = input.walk((&targets(&steps), 0), &monitored, |i, problem, estimate| {
             let mut state = state_of(card, problem, (&steps[i], gradient, &criterion), estimate);
             state.missing.extend(never_delivered(card, adhesive));
             let state = state.with_maps_of(problem.grid, estimate);

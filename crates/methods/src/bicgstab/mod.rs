@@ -43,7 +43,9 @@ fn supports(quantity: Quantity) -> Support {
     use Quantity::*;
     match quantity {
         GapMap | GapPdf | MeanGap => Support::Only("measured from the zero of force of the repulsive wall"),
-        ContactArea | ContactMap | PatchPdf | PatchArea | MedianClusterArea => Support::Only("area under compression"),
+        ContactArea | ContactMap | ClusterPdf | ClusterArea | MedianClusterArea => {
+            Support::Only("area under compression")
+        }
         StressMap | StressPdf => Support::Only("with the range enlarged to the mesh"),
         Stiffness => asperity_contact::method::card::fields(quantity),
     }

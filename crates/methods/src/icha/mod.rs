@@ -43,7 +43,7 @@ fn supports(quantity: Quantity) -> Support {
     use Quantity::*;
     match quantity {
         ContactArea => Support::NoAdhesion,
-        PatchPdf | PatchArea | MedianClusterArea => Support::Only("merged discs, without adhesion"),
+        ClusterPdf | ClusterArea | MedianClusterArea => Support::Only("merged discs, without adhesion"),
         MeanGap => Support::Only(
             "from the approach, without adhesion, up to a fifth of the cell in contact; overlap away from summits is not prevented",
         ),
@@ -224,8 +224,8 @@ impl Estimator for IchaRun<'_> {
         }
         let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot(), press: s.load(), pull: 0.0 });
         paint(spots.grid, painted, &mut self.stress);
-        let patches: Vec<f64> = touching.iter().map(Asperity::area).collect();
-        let area = patches.iter().sum::<f64>() / (lx * ly);
+        let clusters: Vec<f64> = touching.iter().map(Asperity::area).collect();
+        let area = clusters.iter().sum::<f64>() / (lx * ly);
         let mean_gap = self.mean_height - spots.depth;
         let no_gap = match () {
             () if widest > WIDEST * lx.min(ly) => Some("a contact spot is wider than half of the cell"),
@@ -242,7 +242,7 @@ impl Estimator for IchaRun<'_> {
             mean_gap: no_gap.is_none().then_some(mean_gap),
             undelivered: no_gap.map(|reason| (Quantity::MeanGap, reason)).into_iter().collect(),
             stress: Some(&self.stress),
-            patches: Some(patches),
+            clusters: Some(clusters),
             load_error: (mean(&self.stress) / pressure - 1.0).abs(),
             residual,
             tolerance,

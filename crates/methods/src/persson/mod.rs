@@ -51,7 +51,7 @@ fn supports(quantity: Quantity) -> Support {
         StressPdf | GapPdf => Support::NoAdhesion,
         Stiffness => Support::Only("closed form without adhesion; with adhesion as differences between loads"),
         GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
-        PatchPdf | PatchArea | MedianClusterArea => Support::No("statistical method without patches"),
+        ClusterPdf | ClusterArea | MedianClusterArea => Support::No("statistical method without patches"),
     }
 }
 

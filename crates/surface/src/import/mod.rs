@@ -163,9 +163,11 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     if !matches!(kind(path, start), FileKind::Text) {
         return Ok(true);
     }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        return Ok(false);
+    }
     let text = decode::start_of_text(path, start);
-    let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let (mut assigns, mut has_table) = (None, false);
+    let (mut has_words, mut has_table) = (false, false);
     for line in text.lines().map(|l| comments::comment_apart(l).0.trim()).filter(|l| !l.is_empty()) {
         // A scene has tables; before them, keys that no height file has. Height files may have sections of such names, and lines of numbers,
         // which a scene has in lists only.
@@ -173,9 +175,6 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
         if name.is_some_and(|n| {
             n.trim_matches(['[', ']']).chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '-' | ' '))
         }) {
-            if is_toml {
-                return Ok(false);
-            }
             has_table = true;
             continue;
         }
@@ -185,10 +184,10 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
         if numeric && !in_list || !has_table && header::is_known(line) {
             return Ok(true);
         }
-        assigns.get_or_insert(line.contains('='));
+        has_words = true;
     }
     // Assignments without a table: a scene by its name, otherwise a header whose keys are not known.
-    Ok(!has_table && assigns.is_some_and(|assigns| !(assigns && is_toml)))
+    Ok(!has_table && has_words)
 }
 
 /// Whether a file is not read, and may be one that SurfaceTopography reads: of an instrument, or a container of contact.engineering.

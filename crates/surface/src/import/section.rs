@@ -82,8 +82,13 @@ pub(super) struct TextChannel {
     pub(super) channels: Vec<String>,
 }
 
-/// Selects a channel: the one requested, or the only one that has heights.
-pub(super) fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOptions) -> Result<TextChannel> {
+/// Selects a channel: the one requested, or the only one that has heights. `first`: the first line of the file with its number, for a message.
+pub(super) fn choose(
+    path: &Path,
+    sections: Vec<TextChannel>,
+    options: ImportOptions,
+    first: Option<(usize, String)>,
+) -> Result<TextChannel> {
     let mut sections: Vec<TextChannel> = sections.into_iter().filter(|s| s.ny > 0).collect();
     let name = |s: &TextChannel| s.header.channel.clone().unwrap_or_default();
     let names: Vec<String> = sections.iter().map(name).filter(|n| !n.is_empty()).collect();
@@ -102,7 +107,10 @@ pub(super) fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOpt
             ([], []) => {
                 let is_scene = path.extension().is_some_and(|end| end == "toml");
                 let accepted = if is_scene { " (a scene? `asperity run` takes scenes)" } else { "" };
-                return Err(Error::format(path, "no heights", format!("an ASCII matrix, one line per y{accepted}")));
+                let found =
+                    first.map_or("the file is empty".into(), |(n, line)| format!("line {n} is {}", quoted(&line)));
+                let matrix = "a matrix of numbers apart by blanks, tabs, commas or semicolons, one line per y";
+                return Err(Error::format(path, format!("no heights: {found}"), format!("{matrix}{accepted}")));
             }
             // Refused below.
             ([], _) => 0,

@@ -25,7 +25,11 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<TextMap> {
     let mut lines = TextLines::open(path)?;
     let mut reader = TextReader { path, notation: Notation::default(), sections: vec![TextChannel::default()] };
     let (mut line, mut previous) = (String::new(), String::new());
+    let mut first = None;
     while lines.next(&mut line)? {
+        if first.is_none() && !line.trim().is_empty() {
+            first = Some((lines.number, line.trim().to_string()));
+        }
         reader.line(lines.number, &line)?;
         if !lines.ended {
             break;
@@ -38,7 +42,7 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<TextMap> {
         return Err(Error::format(path, found, "a whole file (this one is cut off)"));
     }
     let doubt = reader.notation.check(path)?;
-    let mut text_map = choose(path, reader.sections, options)?.finish(path, options)?;
+    let mut text_map = choose(path, reader.sections, options, first)?.finish(path, options)?;
     text_map.warnings.extend(doubt);
     Ok(text_map)
 }
@@ -322,7 +326,9 @@ mod tests {
     fn what_is_wrong_is_named_with_its_line() {
         for (text, says) in [
             ("1 2\n3\n", "1 heights on line 2; accepted: 2"),
-            ("# nothing\n\n", "no heights"),
+            ("# nothing\n\n", "no heights: line 1 is \"# nothing\""),
+            ("", "no heights: the file is empty"),
+            ("\n1|2\n3|4\n", "no heights: line 2 is \"1|2\"; accepted: a matrix of numbers apart by blanks"),
             ("1 2\n3 oak\n", "\"oak\" on line 2, column 2"),
             ("# sign: both\n1 2\n", "on line 1"),
             ("1 2\n3 -inf\n", "\"-inf\" on line 2, column 2 (counted from 1); accepted: finite"),

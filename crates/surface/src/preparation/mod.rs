@@ -27,6 +27,7 @@ pub(super) use filter::shifted;
 pub(super) use outliers::{SUSPECT, median, suspected_outliers};
 pub(super) use regrid::{regrid, sampled};
 
+use crate::guards::outlier_warning;
 use crate::height_map::HeightMap;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::{Grid, rms};
@@ -107,6 +108,9 @@ impl Preparation {
             let found = format!("{edges:?}").to_lowercase();
             let accepted = "none with --isotropic-map, which repeats";
             return Err(Error::input("preparation", "--edges", found, accepted));
+        }
+        if self.remove_outliers.is_none() {
+            warnings.extend(outlier_warning(grid, &heights));
         }
         let mut removed = 0;
         if let Some(threshold) = self.remove_outliers {

@@ -8,7 +8,7 @@ use crate::report::page::figures::distinct;
 pub(super) fn short(s: &Setting) -> String {
     match s.block {
         Some(block) => format!("{}, a block of {block} cells", s.method),
-        None => format!("{0} on {1} × {1} points", s.method, s.nx),
+        None => format!("{} on {} × {} points", s.method, s.nx, s.ny),
     }
 }
 

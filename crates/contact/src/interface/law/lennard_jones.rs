@@ -90,6 +90,11 @@ impl Law for LennardJonesWall {
         bisect_gap(self, pressure, self.floor() - self.minimum())
     }
 
+    /// The gap below which the repulsion is linear.
+    fn adhesion_floor(&self) -> f64 {
+        self.floor() - self.minimum()
+    }
+
     fn max_slope(&self, lowest: f64) -> f64 {
         self.slope(lowest)
     }

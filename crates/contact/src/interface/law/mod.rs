@@ -323,6 +323,32 @@ mod tests {
         }
     }
 
+    /// No attraction, however strong and short, pulls the bodies through a wall: deep below the surface every wall wins, and the deeper the more.
+    #[test]
+    fn walls_win_over_any_attraction() {
+        let walls = [
+            SoftWall::LennardJones(LennardJonesWall { strength: 30.0, sigma: 0.3 }),
+            SoftWall::PowerLaw(power_law_wall()),
+            SoftWall::Penalty(PenaltyWall { length: 1e-3 }),
+            SoftWall::Tabulated(table()),
+        ];
+        for (gamma, rho) in [(GAMMA, RHO), (100.0 * GAMMA, RHO), (GAMMA, 1e-3 * RHO)] {
+            for wall in walls {
+                let adhesion = Exponential { gamma, rho };
+                let law = WithAdhesion { wall, adhesion };
+                let floor = wall.adhesion_floor();
+                assert!(floor.is_finite() && floor <= 0.0, "{wall:?}");
+                // Where the wall carries the attraction at its floor.
+                let balance = wall.gap_at_pressure(adhesion.traction(floor)).min(floor);
+                for times in [1.001, 1.5, 3.0, 100.0] {
+                    let g = times * balance - 1e-9;
+                    assert!(law.traction(g) < 0.0, "{wall:?} {gamma} {rho} {g}: {}", law.traction(g));
+                    assert!(law.energy(2.0 * g) > law.energy(g), "{wall:?} {gamma} {rho} {g}");
+                }
+            }
+        }
+    }
+
     /// γ is the work of separation from zero gap: the integral of the traction, and minus the energy at zero gap.
     fn work_of_separation_is_gamma(law: impl Law) {
         /// Two-point Gauss-Legendre quadrature on intervals that grow by a factor of 1.001. The error, 2e-9, is at

@@ -132,13 +132,18 @@ impl Law for PowerLawWall {
     }
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {
-        let floor = (Self::FLOOR - 1.0) * self.rho;
+        let floor = self.adhesion_floor();
         let largest = -self.traction(floor);
         if pressure > largest {
             floor - (pressure - largest) / self.slope(floor)
         } else {
             bisect_gap(self, pressure, floor)
         }
+    }
+
+    /// The gap below which the repulsion is linear.
+    fn adhesion_floor(&self) -> f64 {
+        (Self::FLOOR - 1.0) * self.rho
     }
 
     fn max_slope(&self, lowest: f64) -> f64 {

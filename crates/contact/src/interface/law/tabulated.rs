@@ -88,6 +88,11 @@ impl Law for TabulatedWall {
         if beyond > 0.0 { -self.deepest() - beyond } else { bisect_gap(self, pressure, -self.deepest()) }
     }
 
+    /// The depth to which the law is known.
+    fn adhesion_floor(&self) -> f64 {
+        -self.deepest()
+    }
+
     fn max_slope(&self, lowest: f64) -> f64 {
         let upto = ((-lowest / self.step).ceil().max(0.0) as usize).min(NODES - 1);
         let bound = |pair: &[[f64; 3]]| pair[0][1].max(pair[1][1]).max(1.5 * (pair[1][0] - pair[0][0]));
