@@ -160,10 +160,10 @@ def pull_off_case(seed, index):
 
 
 def stiffness_case(seed, index):
-    kinds = ["hard wall", "layer", "penalty", "non-periodic", "stepped", "adhesion"]
+    kinds = ["hard wall", "layer", "penalty", "non-periodic", "stepped", "adhesion", "grooves", "profile"]
     kind = kinds[index % len(kinds)]
     rng = np.random.default_rng([seed, 102, index])
-    n = int(rng.choice([32, 64] if kind != "non-periodic" else [16, 24, 32]))
+    n = points_of(rng, kind) if kind == "profile" else int(rng.choice([32, 64] if kind != "non-periodic" else [16, 24, 32]))
     gradient = log_uniform(rng, 0.03, 1.0)
     s = surface(rng, n, gradient, kind)
     gradient = gradient if kind == "non-periodic" else s.rms_gradient()
@@ -176,6 +176,8 @@ def stiffness_case(seed, index):
         flags = ["--non-periodic"]
     elif kind == "adhesion":
         flags = [*adhesive(rng, s.heights(n), log_uniform(rng, 1.4, 4.0)), "--resolution", "true"]
+    elif kind == "profile":
+        flags = ["--profile"]
     case = Case(f"stiffness {seed}.{index}", kind, s, gradient, flags, log_uniform(rng, 1e-3, 0.3) * gradient, (n, 4 * n, 8 * n))
     case.contact = log_uniform(rng, 0.005, 0.6) if kind in ("layer", "penalty") else None
     # Alone, or the middle of a path whose loads are a factor apart.

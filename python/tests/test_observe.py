@@ -60,6 +60,10 @@ def test_fields_are_compared_by_their_differences() -> None:
     assert found.correlation == pytest.approx(1, abs=1e-12)
     assert asperity.compare_fields(gap.max() - gap, gap).correlation == pytest.approx(-1, abs=1e-12)
     assert asperity.compare_fields(np.ones((3, 4)), gap).correlation is None
+    # Their mean is not exact.
+    constant = np.full((4, 25), 0.7)
+    assert asperity.compare_fields(constant, constant).correlation is None
+    assert asperity.compare_fields(constant, np.arange(100.0).reshape(4, 25)).correlation is None
 
 
 @pytest.mark.parametrize(

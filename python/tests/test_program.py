@@ -301,3 +301,14 @@ def test_folders_are_paths(folder: object) -> None:
     for opened in cast("list[Callable[[str], object]]", [asperity.open_run, asperity.open_sweep]):
         with pytest.raises(InputError, match="folder = .*; accepted: a path"):
             opened(cast("str", folder))
+
+
+def test_maps_of_oblong_pixels_have_the_extents_of_the_cell(tmp_path: Path) -> None:
+    heights = np.cos(np.arange(24) / 24 * 2 * np.pi)[None, :] * np.cos(np.arange(16) / 16 * 2 * np.pi)[:, None]
+    np.savetxt(tmp_path / "map.txt", heights)
+    surface = "heights = 'map.txt'\nunit = 'nm'\ntouching = 'high-points'\n"
+    lab = "length = '6 um'\nlength_y = '2 um'\nmodulus = '1 GPa'\n"
+    path = tmp_path / "oblong.toml"
+    path.write_text(f"name = 'oblong'\n[laboratory]\n{lab}[surface]\n{surface}[load]\np_star = [0.1]\n")
+    run = asperity.run(path, tmp_path / "out")
+    assert run.plot_map(0, "gap").images[0].get_extent() == pytest.approx([0, 6e-6, 0, 2e-6])

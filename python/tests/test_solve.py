@@ -266,6 +266,15 @@ def test_searches_for_a_contact_area_are_interrupted() -> None:
     assert len(caught.value.load_path) == 0  # type: ignore[attr-defined]
 
 
+def test_estimates_are_interrupted() -> None:
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    begin = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        asperity.estimate(rough(1024), 1.0, 0.05, method="gfmd")
+    assert time.monotonic() - begin < 0.3 + PROMPT
+
+
 def test_warnings_as_errors_end_the_solve() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error", AsperityWarning)

@@ -310,6 +310,17 @@ def test_profiles_are_surfaces_of_one_line(tmp_path: Path) -> None:
         Surface.from_file(tmp_path / "profile.txt", touching="high-points")
 
 
+def test_the_unit_of_a_file_is_not_another(tmp_path: Path) -> None:
+    file = tmp_path / "map.txt"
+    np.savetxt(file, HEIGHTS, header="Height units: nm")
+    file.write_text("# Width: 4 nm\n# Value units: nm\n" + file.read_text())
+    options: dict[str, Any] = {"touching": "high-points"}
+    assert Surface.from_file(file, unit="nm", **options).unit == "nm"
+    for unit in ("um", "furlong"):
+        with pytest.raises(InputError, match=f"unit = .*{unit}"):
+            Surface.from_file(file, unit=unit, **options)
+
+
 @pytest.mark.parametrize(("steps", "says"), [({"filter": "sharp"}, "filter.*low_pass or high_pass"), ({"seed": 3}, "seed = 3.*extend_to")])
 def test_steps_without_an_effect_are_refused(steps: asperity.Preparation, says: str) -> None:
     with pytest.raises(InputError, match=says):

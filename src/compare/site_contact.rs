@@ -136,6 +136,10 @@ mod tests {
         let actual = wall_offset(&wall, pressure, |_| fraction);
         assert!((actual - (wall.minimum_angstrom() - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
         assert!(wall_offset(&wall, 1e-12, |_| fraction) < 1e-3);
+        // The first atom touches from a shift of 0.3 Å on, and carries less than presses the wall so far: it is in contact.
+        let touches = |shift: f64| if shift >= 0.3 { fraction } else { 0.0 };
+        let at_jump = wall_offset(&wall, 1e-6, touches);
+        assert!((at_jump - 0.3).abs() < 1e-9 && touches(at_jump) == fraction, "{at_jump}");
     }
 
     /// Contact is that of the nearest node, values are interpolated, and the shift is (1/3, 1/5).

@@ -57,6 +57,64 @@ fn loads_are_named_as_they_were_given() {
     }
 }
 
+/// Methods without fields have their stiffness from neighbouring loads, in `solve` and in `run`.
+#[test]
+fn estimates_have_the_same_stiffness_in_solve_and_run() {
+    let files = Scratch::new();
+    let path = |name: &str| files.path(name).to_str().expect("UTF-8").to_string();
+    let number_of = |value: &Value, key: &str| value[key].as_f64().expect("a number");
+    let scene = "name = \"s\"\n[surface]\ngrid = 64\ncut_off_mode = 16\n[load]\np_star = [0.01, 0.02, 0.04]\n[continuum]\nmethod = \"srgw\"\n";
+    fs::write(path("s.toml"), scene).expect("written");
+    let run = asperity().args(["run", &path("s.toml"), "--json", "--out", &path("run")]).output().expect("started");
+    let results = serde_json::from_slice::<Value>(&run.stdout).expect("JSON")["results"].clone();
+    let [length, modulus] = ["length_m", "modulus_pa"].map(|key| number_of(&results["scales"], key));
+    let states = results["methods"][0]["states"].as_array().expect("states");
+    let flags = ["--cut-off", "0.0625", "--p-star", "0.01,0.02,0.04", "--method", "srgw", "--out", &path("solve")];
+    let solved = asperity().args(["solve", "--challenge", "64", "--json"]).args(flags).output().expect("started");
+    let lines = String::from_utf8(solved.stdout).expect("UTF-8");
+    let lines: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    assert_eq!((lines.len(), states.len()), (3, 3));
+    for (line, state) in lines.iter().zip(states) {
+        let (found, expected) = (number_of(line, "stiffness"), number_of(state, "stiffness") * length / modulus);
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+    }
+    let table = fs::read_to_string(path("solve") + "/curve.csv").expect("a table");
+    assert!(table.lines().next().is_some_and(|head| head.contains("stiffness")), "{table}");
+}
+
+/// Contact areas and displacements are other pressures on other grids: no number of `solve` and `run` has an error there. Pressures have.
+#[test]
+fn loads_that_differ_between_grids_have_no_errors() {
+    let files = Scratch::new();
+    let kinds = [
+        ("pressure", "pressure = [\"20 MPa\"]", "--pressure=0.01", true),
+        ("contact", "contact = [0.2]", "--contact=0.2", false),
+        ("displacement", "displacement = [\"0.3 um\"]", "--displacement=0.03", false),
+    ];
+    let adhesion = "[adhesion]\nwork_of_adhesion = \"5 mJ/m2\"\nrange = \"50 nm\"\nresolution = \"extrapolate\"";
+    for (name, loads, flag, has_errors) in kinds {
+        // With adhesion several states have one contact area.
+        let more = format!("[continuum]\nleakage = true\n{}", if name == "contact" { "" } else { adhesion });
+        scene(&files, name, loads, &more);
+        run(&files, name);
+        let results = fs::read_to_string(files.path(name).join("results.json")).expect("results");
+        let results: Value = serde_json::from_str(&results).expect("JSON");
+        let solved = asperity()
+            .args(["solve", "--challenge", "64", "--seed", "1", "--cut-off", "0.05", "--leakage", "--json", flag])
+            .output()
+            .expect("started");
+        let solved: Value = serde_json::from_slice(&solved.stdout).expect("one line");
+        for state in [&results["continuum"]["states"][0], &solved] {
+            let stated =
+                ["contact_area_error", "mean_gap_error", "stiffness_error", "extrapolated"].map(|key| &state[key]);
+            let of_flow =
+                [&state["leakage"]["gap_errors"], &state["hydraulic_gap_x_error"], &state["discretisation"]["area"]];
+            let known = stated.into_iter().chain(of_flow).filter(|value| !value.is_null()).count();
+            assert_eq!(known > 0, has_errors, "{name}: {state}");
+        }
+    }
+}
+
 /// Maps of loads that are named as they are given.
 #[test]
 fn maps_are_kept_at_loads_of_every_kind() {

@@ -435,6 +435,9 @@ fn contact_that_the_grid_does_not_resolve_is_a_warning() {
     for (points, cut_off, modes, warned) in [("64", "0.001", "", true), ("256", "0.05", "cut_off_mode = 20\n", false)] {
         let said = stderr(&call(&["solve", "--challenge", points, "--cut-off", cut_off, "--pressure", "0.001,0.1"]));
         assert_eq!(said.contains("load 1: the grid does not resolve the contact"), warned, "{said}");
+        // Loads without stated errors have the warning, too.
+        let by_area = stderr(&call(&["solve", "--challenge", points, "--cut-off", cut_off, "--contact", "0.01,0.2"]));
+        assert_eq!(by_area.contains("load 1: the grid does not resolve the contact"), warned, "{by_area}");
         assert!(!warned || said.contains("a finer grid (--challenge of a spectrum, --resample of a map)"), "{said}");
         let scratch = tempfile::tempdir().expect("scratch");
         let scene = scratch.path().join("scene.toml");

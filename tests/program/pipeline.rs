@@ -294,6 +294,25 @@ fn other_loads_repeat_only_what_depends_on_them() {
     assert_eq!(lasting(&higher), lasting(&fresh));
 }
 
+/// Under a load that a single atom carries, and under one of many. Clusters have one number in the comparison, its model chain, and the atoms as
+/// a method.
+#[test]
+fn comparisons_state_numbers_that_exist() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let scene = bench.scene("[1e-5, 0.05]", FINE, "[continuum]\ncompare_with = [\"all-atom\"]\n");
+    let (results, _) = bench.results(&scene, "run");
+    let findings = results["comparison"]["findings"].to_string();
+    assert!(!findings.contains("inf") && !findings.contains("NaN"), "{findings}");
+    let loads = results["comparison"]["loads"].as_array().expect("loads");
+    for (load, method) in loads.iter().zip(results["methods"][0]["states"].as_array().expect("states")) {
+        let chain = load["model_chain"].as_array().expect("steps");
+        let of_chain = chain.iter().find(|step| step["id"] == "atoms").map(|step| &step["clusters"]);
+        assert!(of_chain.is_none_or(|n| *n == load["atoms_clusters"]), "{load}");
+        assert_eq!(method["clusters"], load["atoms_clusters"]);
+    }
+}
+
 #[test]
 fn two_runs_in_one_folder_do_not_mix() {
     let Some(_lammps) = lammps(1) else { return };

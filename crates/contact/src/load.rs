@@ -78,9 +78,9 @@ pub struct LoadStep {
     pub counterpart: Option<usize>,
     /// Whether the scene requests the maps of this load.
     pub maps: bool,
-    /// Whether a finer grid has the same load. Imposed contact areas and displacements are other pressures and mean gaps there, so the change to a
-    /// coarser grid at the same load is not their error, and none is stated.
-    pub is_of_every_grid: bool,
+    /// Whether `target` is the same on a finer grid. An imposed contact area or displacement is another pressure or mean gap there, so that the
+    /// change to a coarser grid under the same `target` is no error of the state, and none is stated.
+    pub same_on_finer_grids: bool,
 }
 
 impl LoadStep {
@@ -94,7 +94,7 @@ impl LoadStep {
             branch: Branch::Loading,
             counterpart: None,
             maps: false,
-            is_of_every_grid: true,
+            same_on_finer_grids: true,
         }
     }
 
@@ -108,7 +108,7 @@ impl LoadStep {
             target,
             branch: if falls(index) { Branch::Unloading } else { Branch::Loading },
             counterpart: (index >= loading_count).then(|| (2 * loading_count).checked_sub(index + 2)).flatten(),
-            is_of_every_grid: true,
+            same_on_finer_grids: true,
             maps: true,
         };
         targets.iter().enumerate().map(step).collect()

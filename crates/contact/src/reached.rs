@@ -3,15 +3,20 @@
 use crate::load::LoadStep;
 use crate::method::{Equilibrium, MethodEstimate, ReducedProblem};
 use crate::observe::{Leakage, contact_map};
-use crate::path::{Reached, leakage};
-use crate::state::{Map, State};
+use crate::path::{Reached, is_unresolved, leakage};
+use crate::state::{Discretisation, Map, State};
 use asperity_grid::{Field, Grid};
 
 impl Reached<'_> {
     /// The numbers of this state, in reduced units. `gradient`: pressure over E* at p* = 1.
     pub fn numbers(&self, step: &LoadStep, gradient: f64, criterion: &str) -> State {
         let Reached { state, area, .. } = self;
-        let with_errors = step.is_of_every_grid;
+        let with_errors = step.same_on_finer_grids;
+        // Without errors what is left is that the contact is not resolved, which is a warning.
+        let unresolved = |d: Discretisation| {
+            let unknown = Discretisation { area: None, mean_gap: None, stiffness: None, ..d };
+            is_unresolved(area.contact_area, &d).then_some(unknown)
+        };
         State {
             index: step.index,
             branch: step.branch,
@@ -37,9 +42,9 @@ impl Reached<'_> {
             complementarity: Some(state.complementarity),
             energy_bound: self.energy_bound,
             error_estimates: Some(state.error_estimates),
-            discretisation: self.discretisation.filter(|_| with_errors),
+            discretisation: if with_errors { self.discretisation } else { self.discretisation.and_then(unresolved) },
             map_errors: self.map_errors.filter(|_| with_errors),
-            extrapolated: self.extrapolated,
+            extrapolated: self.extrapolated.filter(|_| with_errors),
             uncertainty: if with_errors { self.uncertainty.clone() } else { Vec::new() },
             stop: state.stop,
             iterations: state.iterations,
@@ -53,7 +58,7 @@ impl Reached<'_> {
 impl Reached<'_> {
     /// The flow through the gap, as [`path::leakage`](crate::path::leakage) finds it, with errors where a finer grid has the same load.
     pub fn leakage(&self, problem: &ReducedProblem, gap: Field, threshold: f64, step: &LoadStep) -> Option<Leakage> {
-        leakage(problem, gap, threshold, self.coarser_gaps.filter(|_| step.is_of_every_grid))
+        leakage(problem, gap, threshold, self.coarser_gaps.filter(|_| step.same_on_finer_grids))
     }
 }
 

@@ -14,25 +14,17 @@ pub struct Scalar {
     /// Whether it belongs to the contact and not to its computation: ensembles average it.
     pub is_physical: bool,
     /// `None` where the state does not have it.
-    pub of: fn(&State) -> Option<f64>,
+    pub of: Value,
 }
 
-const fn physical(
-    key: &'static str,
-    dimension: Dimension,
-    words: &'static str,
-    of: fn(&State) -> Option<f64>,
-) -> Scalar {
+type Value = fn(&State) -> Option<f64>;
+
+const fn physical(key: &'static str, dimension: Dimension, words: &'static str, of: Value) -> Scalar {
     Scalar { key, words, dimension, is_physical: true, of }
 }
 
-const fn numerical(
-    key: &'static str,
-    dimension: Dimension,
-    words: &'static str,
-    of: fn(&State) -> Option<f64>,
-) -> Scalar {
-    Scalar { key, words, dimension, is_physical: false, of }
+const fn numerical(key: &'static str, dimension: Dimension, words: &'static str, of: Value) -> Scalar {
+    Scalar { is_physical: false, ..physical(key, dimension, words, of) }
 }
 
 use Dimension::{Area, Length, Number, Stiffness, Stress, Time, Work};

@@ -124,6 +124,13 @@ fn spectrum(c: &mut Complaints, scene: &Scene) {
     for key in s.foreign_keys(SurfaceKind::Spectrum) {
         c.unless(false, key, "given", "only together with a file, surface.heights");
     }
+    let y = scene.laboratory.length_y;
+    c.unless(
+        y.is_none(),
+        "laboratory.length_y",
+        y.map_or(String::new(), |y| y.to_string()),
+        "none: the cell of a spectrum is square",
+    );
     c.unless(s.hurst > 0.0 && s.hurst <= 1.0, "surface.hurst", s.hurst, "a Hurst exponent above 0 and up to 1");
     c.positive("surface.rms_gradient", s.rms_gradient);
     for (wave, mode, length, number) in [

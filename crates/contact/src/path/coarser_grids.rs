@@ -86,8 +86,8 @@ pub(super) fn flow_gaps(problem: &ReducedProblem, (ranks, gap): (&Ranks, Field),
 const EDGE_UNCERTAINTY: f64 = ELASTIC_EDGE / 3.0;
 
 /// The same for edges that are one point each, of a profile: their excess is 0.19, not 0.118, and does not average out as that of edges in all
-/// directions. On 194 solved profiles (`fast`, 64 to 512 points, against grids sixteen times finer) the area was too large by 0.075 ± 0.01 per edge, with a
-/// scatter of 0.5 nodes times the root of the edges.
+/// directions. Fitted to 194 solved profiles against grids sixteen times finer: too large by 0.075 per edge, with a scatter of 0.5 nodes times
+/// the root of the edges. `scripts/errors.py --kind profile --kind grooves` tests these three constants on others.
 const POINT_EDGE_UNCERTAINTY: f64 = 0.08;
 const POINT_EDGE_SCATTER: f64 = 0.8;
 
@@ -185,14 +185,17 @@ pub(super) fn discretisation(
 /// Relative error of the contact area by the grid above which it says little.
 const UNRESOLVED: f64 = 0.3;
 
+/// Whether a grid does not resolve a contact of this area.
+pub(crate) fn is_unresolved(contact_area: f64, d: &Discretisation) -> bool {
+    contact_area > 0.0 && contact_area < 1.0 && d.area.is_none_or(|a| a > UNRESOLVED)
+}
+
 /// A warning for loads whose contact the grid does not resolve. `loads`: name, contact fraction and change of each; `kind` comes before
 /// the names.
 pub fn unresolved_contact<'a>(
     kind: &str,
     loads: impl Iterator<Item = (String, f64, Option<&'a Discretisation>)>,
 ) -> Option<String> {
-    let is_unresolved =
-        |contact: f64, d: &Discretisation| contact > 0.0 && contact < 1.0 && d.area.is_none_or(|a| a > UNRESOLVED);
     let mut names: Vec<String> =
         loads.filter(|(_, contact, d)| d.is_some_and(|d| is_unresolved(*contact, d))).map(|l| l.0).collect();
     // A load of both branches is named once.

@@ -13,6 +13,7 @@ mod subsurface;
 mod uncertainty;
 mod unit;
 
+pub(crate) use coarser_grids::is_unresolved;
 pub use coarser_grids::{edge_uncertainty, unresolved_contact};
 pub use contact_target::{estimated_p_star, pressures_of_contact};
 pub use estimator_input::EstimatorInput;

@@ -202,9 +202,9 @@ impl Problem {
             LoadKind::PStar => path,
             _ => targets.iter().filter_map(of_pressure).collect(),
         };
-        let is_of_every_grid = !matches!(loads.kind, LoadKind::Contact | LoadKind::Displacement);
+        let same_on_finer_grids = !matches!(loads.kind, LoadKind::Contact | LoadKind::Displacement);
         let steps = LoadStep::path(&targets, &p_star, loads.loading_count()).into_iter();
-        steps.map(|step| LoadStep { is_of_every_grid, ..step }).collect()
+        steps.map(|step| LoadStep { same_on_finer_grids, ..step }).collect()
     }
 
     /// Behind a hard wall every pressure from that of full contact on has the mean gap zero, so that it determines no load.
